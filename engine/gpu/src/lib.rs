@@ -1,1 +1,19 @@
+//! Vulkan once: device, memory, pipelines, recordings, hazards, submission. Knows kernels, and nothing of
+//! what they simulate.
 
+mod device;
+mod error;
+mod hazards;
+mod memory;
+mod pipeline;
+mod recording;
+mod submit;
+
+pub use device::{DeviceInfo, DeviceKind, Gpu, Options, list_devices};
+pub use error::GpuError;
+pub use hazards::{Step, schedule};
+pub use physvideo_kernels as kernels;
+pub use physvideo_kernels::{AnyBuf, Buf, Feature, Kernel, KernelInfo};
+pub use pipeline::Constants;
+pub use recording::{Command, Groups, Recording};
+pub use submit::{Prepared, Timing};

@@ -149,7 +149,14 @@ pub struct Simulation {
 
 impl Default for Simulation {
     fn default() -> Self {
-        Self { grid_density: 128.0, particles_per_cell: 8, courant: 0.75, force_dt: None, deterministic: true, domain: None }
+        Self {
+            grid_density: 128.0,
+            particles_per_cell: 8,
+            courant: 0.75,
+            force_dt: None,
+            deterministic: true,
+            domain: None,
+        }
     }
 }
 
@@ -405,7 +412,13 @@ pub struct Render {
 
 impl Default for Render {
     fn default() -> Self {
-        Self { points_per_pixel: 8, compositing: Compositing::NormWeighted, radius: 0.99, blend_depth: Some(0.01), background: [1.0; 3] }
+        Self {
+            points_per_pixel: 8,
+            compositing: Compositing::NormWeighted,
+            radius: 0.99,
+            blend_depth: Some(0.01),
+            background: [1.0; 3],
+        }
     }
 }
 

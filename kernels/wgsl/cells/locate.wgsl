@@ -1,0 +1,49 @@
+//! use lib/clock lib/grid lib/particle
+// Finds each particle's cell and claims its block. A particle that is not finite or has left the grid is
+// quarantined. Slots are claimed in any order; nothing that follows depends on that order.
+
+struct Particles { d: array<Particle> }
+struct Words { d: array<u32> }
+struct AtomicWords { d: array<atomic<u32>> }
+@group(0) @binding(0) var<storage, read_write> particles: Particles;
+@group(0) @binding(1) var<storage, read_write> keys: Words;
+@group(0) @binding(2) var<storage, read_write> table: AtomicWords;
+@group(0) @binding(3) var<storage, read_write> list: Words;
+@group(0) @binding(4) var<storage, read_write> live: Live;
+@group(0) @binding(5) var<storage, read> grid: Grid;
+@group(0) @binding(6) var<storage, read_write> clock: Clock;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let p = id.x;
+    if (p >= clock.particles) { return; }
+    let tag = particles.d[p].tag;
+    if ((tag & QUARANTINED) != 0u) {
+        keys.d[p] = NOWHERE;
+        return;
+    }
+    let x = particles.d[p].x;
+    let base = base_node(grid, x);
+    if (!finite(x) || !finite(particles.d[p].v) || !inside(grid, base)) {
+        particles.d[p].tag = tag | QUARANTINED;
+        atomicAdd(&clock.quarantined, 1u);
+        keys.d[p] = NOWHERE;
+        return;
+    }
+    let node = vec3u(base);
+    let cell = node & vec3u(3u);
+    let block = block_index(grid, node >> vec3u(2u));
+    keys.d[p] = (block << 6u) | (cell.z << 4u) | (cell.y << 2u) | cell.x;
+    if (atomicLoad(&table.d[block]) != EMPTY) { return; }
+    let won = atomicCompareExchangeWeak(&table.d[block], EMPTY, NOWHERE);
+    if (won.exchanged) {
+        let slot = atomicAdd(&live.blocks, 1u);
+        atomicAdd(&live.nodes, 1u);
+        if (slot < grid.capacity) {
+            list.d[slot] = block;
+            atomicStore(&table.d[block], slot + 1u);
+        } else {
+            atomicAdd(&live.overflow, 1u);
+        }
+    }
+}

@@ -1,0 +1,24 @@
+// Time on the device. One invocation of `mpm/clock` writes it, everything else reads it.
+
+struct Clock {
+    frame_start: f32,     // [s] since the start of the run
+    frame_length: f32,    // [s]
+    t: f32,               // [s] since frame_start, at the start of this substep
+    dt: f32,              // [s] this substep; 0 when the frame is done
+    dx: f32,              // [m]
+    courant: f32,
+    wave_speed: f32,      // [m/s] fastest elastic wave of the scene
+    force_dt: f32,        // [s] > 0 overrides the choice
+    speed_bits: atomic<u32>,  // bits of the largest particle speed [m/s]; non-negative floats order like their bits
+    substeps: u32,        // since the frame began
+    dt_min: f32,          // [s] since the frame began
+    dt_max: f32,
+    clamped_velocity: atomic<u32>,
+    clamped_strain: atomic<u32>,
+    clamped_volume: atomic<u32>,
+    quarantined: atomic<u32>,
+    particle_groups: vec3u,   // workgroups of 64 for per-particle kernels; x = 0 when the frame is done
+    particles: u32,
+    load: f32,            // factor of gravity and fields; a small value while the rest state is sought
+    damping: f32,         // [1/s] of the velocities on the grid, likewise
+}

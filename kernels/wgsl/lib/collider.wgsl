@@ -1,0 +1,41 @@
+//! family shape
+// Obstacles with prescribed motion, met on the grid: sticking, or separating with Coulomb friction.
+
+struct Collider {
+    shape: u32,         // member of the family `shape`
+    sticky: u32,
+    friction: f32,
+    start: f32,         // [s] of the motion
+    end: f32,
+    p0: f32,
+    center: vec4f,      // [m] at the start
+    size: vec4f,        // half extents, or radius in x, or normal
+    velocity: vec4f,    // [m/s]
+    spin: vec4f,        // angular velocity [rad/s]
+}
+
+// Rotates v by `angle` about the unit axis (Rodrigues).
+fn rotate(v: vec3f, axis: vec3f, angle: f32) -> vec3f {
+    return v * cos(angle) + cross(axis, v) * sin(angle) + axis * dot(axis, v) * (1.0 - cos(angle));
+}
+
+// Velocity v at node x after contact with collider c at time t.
+fn collide(c: Collider, x: vec3f, v: vec3f, t: f32) -> vec3f {
+    let moving = clamp(t, c.start, c.end) - c.start;
+    var r = x - (c.center.xyz + c.velocity.xyz * moving);
+    let rate = length(c.spin.xyz);
+    let axis = select(vec3f(0.0, 0.0, 1.0), c.spin.xyz / max(rate, 1e-20), rate > 0.0);
+    let hit = shape(c.shape, c, rotate(r, axis, -rate * moving));
+    if (hit.w >= 0.0) { return v; }
+    let running = t >= c.start && t < c.end;
+    let body = select(vec3f(0.0), c.velocity.xyz + cross(c.spin.xyz, r), running);
+    if (c.sticky != 0u) { return body; }
+    let n = rotate(hit.xyz, axis, rate * moving);
+    let relative = v - body;
+    let vn = dot(relative, n);
+    if (vn >= 0.0) { return v; }
+    let vt = relative - vn * n;
+    let slip = length(vt);
+    let kept = max(0.0, 1.0 + c.friction * vn / max(slip, 1e-20));
+    return body + vt * kept;
+}

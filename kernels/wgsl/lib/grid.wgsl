@@ -1,0 +1,43 @@
+// The background grid: nodes at origin + index · dx, in blocks of 4³, of which only those touched exist.
+
+const EMPTY: u32 = 0u;          // table entry of a block that is not active; else slot + 1
+const TILE: u32 = 216u;         // 6³ nodes reached by the particles of one block
+const NOWHERE: u32 = 0xffffffffu;
+
+struct Grid {
+    origin: vec3f,      // [m]
+    dx: f32,            // [m]
+    blocks: vec3u,      // size in blocks
+    capacity: u32,      // slots there is room for
+}
+
+// Counters that are at the same time the sizes of indirect dispatches.
+struct Live {
+    blocks: atomic<u32>,    // slots 0..blocks hold particles
+    blocks_y: u32,
+    blocks_z: u32,
+    cursor: atomic<u32>,    // next free place in the particle order
+    nodes: atomic<u32>,     // slots 0..nodes hold nodes: the blocks and their upper neighbours
+    nodes_y: u32,
+    nodes_z: u32,
+    overflow: atomic<u32>,  // slots that did not fit
+}
+
+fn block_index(g: Grid, b: vec3u) -> u32 {
+    return (b.z * g.blocks.y + b.y) * g.blocks.x + b.x;
+}
+
+fn block_coord(g: Grid, i: u32) -> vec3u {
+    return vec3u(i % g.blocks.x, (i / g.blocks.x) % g.blocks.y, i / (g.blocks.x * g.blocks.y));
+}
+
+// First of the three nodes per axis that a quadratic B-spline at x reaches, and x relative to it in cells.
+fn base_node(g: Grid, x: vec3f) -> vec3f {
+    return floor((x - g.origin) / g.dx - vec3f(0.5));
+}
+
+// Every node a particle there would reach lies inside the grid.
+fn inside(g: Grid, base: vec3f) -> bool {
+    let last = vec3f(g.blocks * 4u) - vec3f(3.0);
+    return all(base >= vec3f(0.0)) && all(base <= last);
+}

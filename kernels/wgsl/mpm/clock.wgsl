@@ -1,0 +1,39 @@
+//! use lib/clock lib/grid
+// Chooses the next substep from the elastic wave limit, and opens an empty list of active blocks for it.
+
+@group(0) @binding(0) var<storage, read_write> clock: Clock;
+@group(0) @binding(1) var<storage, read_write> live: Live;
+
+@compute @workgroup_size(1)
+fn main() {
+    atomicStore(&live.blocks, 0u);
+    atomicStore(&live.nodes, 0u);
+    atomicStore(&live.cursor, 0u);
+    live.blocks_y = 1u;
+    live.blocks_z = 1u;
+    live.nodes_y = 1u;
+    live.nodes_z = 1u;
+    clock.t += clock.dt;
+    if (atomicLoad(&live.overflow) > 0u) {    // the host makes room and repeats the frame
+        clock.dt = 0.0;
+        clock.particle_groups = vec3u(0u, 1u, 1u);
+        return;
+    }
+    let left = clock.frame_length - clock.t;
+    if (left <= 1e-6 * clock.frame_length) {
+        clock.dt = 0.0;
+        clock.t = clock.frame_length;
+        clock.particle_groups = vec3u(0u, 1u, 1u);
+        return;
+    }
+    let speed = bitcast<f32>(atomicExchange(&clock.speed_bits, 0u));
+    let limit = clock.courant * clock.dx / (clock.wave_speed + speed);
+    // What is left is divided evenly, so that no frame ends with a sliver of a step.
+    let even = left / ceil(left / limit - 1e-3);
+    let dt = select(even, min(clock.force_dt, left), clock.force_dt > 0.0);
+    clock.dt = dt;
+    clock.substeps += 1u;
+    clock.dt_min = select(min(clock.dt_min, dt), dt, clock.dt_min == 0.0);
+    clock.dt_max = max(clock.dt_max, dt);
+    clock.particle_groups = vec3u((clock.particles + 63u) / 64u, 1u, 1u);
+}

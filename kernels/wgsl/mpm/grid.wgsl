@@ -1,0 +1,64 @@
+//! use lib/grid lib/clock lib/collider
+// Grid update: gathers each node's momentum and mass from the tiles of up to eight blocks in a fixed order, makes
+// it a velocity, and lets it meet the obstacles. One workgroup a block of nodes.
+
+struct Words { d: array<u32> }
+struct Tiles { d: array<vec4f> }
+struct Nodes { d: array<vec4f> }
+struct Colliders { count: u32, d: array<Collider, 16> }
+@group(0) @binding(0) var<storage, read> tiles: Tiles;
+@group(0) @binding(1) var<storage, read> table: Words;
+@group(0) @binding(2) var<storage, read> list: Words;
+@group(0) @binding(3) var<storage, read> live: LiveBlocks;
+@group(0) @binding(4) var<storage, read_write> nodes: Nodes;
+@group(0) @binding(5) var<storage, read> grid: Grid;
+@group(0) @binding(6) var<storage, read_write> clock: Clock;
+@group(0) @binding(7) var<storage, read> colliders: Colliders;
+
+// The counters, read only.
+struct LiveBlocks { blocks: u32 }
+
+var<workgroup> from_slot: array<u32, 8>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let slot = group.x;
+    if (slot >= grid.capacity) { return; }
+    let block = block_coord(grid, list.d[slot]);
+    if (lane < 8u) {
+        let d = vec3u(lane & 1u, (lane >> 1u) & 1u, lane >> 2u);
+        var found = NOWHERE;
+        if (all(block >= d)) {
+            let entry = table.d[block_index(grid, block - d)] - 1u;
+            if (entry < min(live.blocks, grid.capacity)) { found = entry; }
+        }
+        from_slot[lane] = found;
+    }
+    workgroupBarrier();
+    let l = vec3u(lane & 3u, (lane >> 2u) & 3u, lane >> 4u);
+    var sum = vec4f(0.0);
+    for (var i = 0u; i < 8u; i++) {
+        let d = vec3u(i & 1u, (i >> 1u) & 1u, i >> 2u);
+        let n = l + 4u * d;
+        if (from_slot[i] != NOWHERE && all(n < vec3u(6u))) {
+            sum += tiles.d[from_slot[i] * TILE + n.z * 36u + n.y * 6u + n.x];
+        }
+    }
+    var v = vec3f(0.0);
+    if (sum.w > 0.0) {
+        v = sum.xyz / sum.w;
+        v *= exp(-clock.damping * clock.dt);
+        let x = grid.origin + vec3f(block * 4u + l) * grid.dx;
+        for (var i = 0u; i < colliders.count; i++) {
+            v = collide(colliders.d[i], x, v, clock.frame_start + clock.t + clock.dt);
+        }
+        // Nothing may cross more than a cell in a step; a sparsely filled node can be thrown faster than that.
+        let fastest = 0.9 * grid.dx / clock.dt;
+        let speed = length(v);
+        if (!(speed <= fastest)) {
+            v *= fastest / speed;
+            atomicAdd(&clock.clamped_velocity, 1u);
+        }
+    }
+    nodes.d[slot * 64u + lane] = vec4f(v, sum.w);
+}

@@ -1,0 +1,62 @@
+//! use lib/stress
+// Mass, momentum, angular momentum about the origin and energies of one body's particles, a partial sum for each
+// workgroup; the host adds them in f64.
+
+struct Particles { d: array<Particle> }
+struct Bodies { d: array<Body> }
+struct Words { d: array<u32> }
+struct Deformations { d: array<Deformation> }
+struct Sums {
+    momentum: vec4f,    // [kg m/s], mass in w [kg]
+    spin: vec4f,        // angular momentum [kg m²/s], kinetic energy in w [J]
+    elastic: f32,       // [J]
+    height: f32,        // Σ m z [kg m], for the energy of gravity
+    lost: f32,          // particles in quarantine
+    speed: f32,         // largest [m/s]
+}
+struct Measures { d: array<Sums> }
+@group(0) @binding(0) var<storage, read> particles: Particles;
+@group(0) @binding(1) var<storage, read> deformations: Deformations;
+@group(0) @binding(2) var<storage, read> bodies: Bodies;
+@group(0) @binding(3) var<storage, read_write> sums: Measures;
+struct Only { body: u32, count: u32 }
+var<immediate> only: Only;
+
+var<workgroup> part: array<Sums, 64>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u, @builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
+    var s: Sums;
+    if (id.x < only.count) {
+        let p = particles.d[id.x];
+        if ((p.tag & BODY_MASK) == only.body) {
+            if ((p.tag & QUARANTINED) != 0u) {
+                s.lost = 1.0;
+            } else {
+                let d = deformations.d[id.x];
+                let body = bodies.d[only.body];
+                let momentum = p.m * p.v;
+                s.momentum = vec4f(momentum, p.m);
+                // APIC keeps part of the motion in C: its angular momentum is m dx²/4 per unit of C, left to the caller.
+                s.spin = vec4f(cross(p.x, momentum), 0.5 * dot(momentum, p.v));
+                s.elastic = d.f0.w * material(body.material, body, mat3x3f(d.f0.xyz, d.f1.xyz, d.f2.xyz)).energy;
+                s.height = p.m * p.x.z;
+                s.speed = length(p.v);
+            }
+        }
+    }
+    part[lane] = s;
+    workgroupBarrier();
+    if (lane == 0u) {
+        for (var i = 1u; i < 64u; i++) {
+            let o = part[i];
+            s.momentum += o.momentum;
+            s.spin += o.spin;
+            s.elastic += o.elastic;
+            s.height += o.height;
+            s.lost += o.lost;
+            s.speed = max(s.speed, o.speed);
+        }
+        sums.d[group.x] = s;
+    }
+}
