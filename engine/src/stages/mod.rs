@@ -1,0 +1,5 @@
+//! The stages: each records kernels over buffers. A stage knows the world and the GPU, never another stage.
+
+pub mod cells;
+pub mod mpm;
+mod prestress;
