@@ -25,7 +25,7 @@ pub(super) fn copies(level: &Level, patches: &Patches, field: &[Match]) -> Vec<u
 
 /// How strongly the copied colours are held against the gradients: seams fade over about 1/√SCREEN = 10 px.
 const SCREEN: f32 = 0.01;
-/// Twice the pixels such a fade spans are crossed by so many sweeps.
+/// Gauss-Seidel spreads by about one pixel times √(2 · sweeps): far enough for a fade of that length.
 const SWEEPS: usize = 60;
 
 /// Copies, then minimises SCREEN · (f − copy)² + |∇f − ∇copy|² over the hole, the known pixels held: seams fade and the

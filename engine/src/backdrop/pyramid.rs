@@ -53,9 +53,7 @@ impl Level {
                     let j = v * fine.w + u;
                     level.hole[i] |= self.hole[j];
                     level.out[i] |= self.out[j];
-                    for c in 0..LOOK {
-                        sum[c] += self.color[j][c];
-                    }
+                    sum.iter_mut().zip(&self.color[j]).for_each(|(s, c)| *s += c);
                     n += 1.0;
                 }
             }

@@ -87,7 +87,7 @@ fn a_texture_in_slowly_changing_light_is_continued() {
     let (truth, hole) = (draw(w, h, shaded), mask(w, h, disk));
     let filled = psnr(&truth, &fill_painted(w, h, &truth, &hole), &hole);
     // No exact copy exists any more: the light differs by 12 % from one period to the next.
-    assert!(filled > 25.0, "{filled:.1} dB");
+    assert!(filled > 30.0, "{filled:.1} dB");
 }
 
 #[test]
@@ -103,8 +103,8 @@ fn a_gradient_goes_on_through_the_hole() {
     let truth = draw(64, 48, |x, y| [(40 + 2 * x) as u8, (60 + 2 * y) as u8, 90]);
     let filled = fill_painted(64, 48, &truth, &hole);
     let worst = truth.iter().zip(&filled).flat_map(|(a, b)| (0..3).map(|c| a[c].abs_diff(b[c]))).max().unwrap();
-    // Across the hole the gradient spans 32 levels; a flat fill would be off by half of that at its edges.
-    assert!(worst <= 8, "off by {worst} levels");
+    // Across the hole the gradient spans 32 levels; a flat fill would be off by half of that at its edges. Seen: 1.
+    assert!(worst <= 4, "off by {worst} levels");
 }
 
 #[test]
@@ -117,8 +117,8 @@ fn holes_on_the_border_and_in_corners_are_filled() {
         ("top and bottom", mask(w, h, |x, _| (40..52).contains(&x))),
     ] {
         let filled = psnr(&truth, &fill_painted(w, h, &truth, &hole), &hole);
-        // Less is known at a border: a part of the lattice may come out shifted.
-        assert!(filled > 16.0, "{name}: {filled:.1} dB");
+        // Less is known at a border: a part of the lattice may come out shifted (seen: 26 dB).
+        assert!(filled > 20.0, "{name}: {filled:.1} dB");
     }
 }
 
@@ -209,9 +209,9 @@ fn dilate_grows_by_a_disk_and_close_shuts_slits() {
     assert_eq!(dilate(w, h, &vec![false; 21 * 17], 4).unwrap(), vec![false; 21 * 17]);
     assert!(matches!(dilate(w, h, &[true], 1), Err(FillError::Size { array: "mask", .. })));
 
-    // Two halves with a slit of 2 px: shut by a radius of 2, kept by one of 0.
-    let halves = mask(w, h, |x, y| (4..17).contains(&y) && !(10..12).contains(&x));
-    let whole = mask(w, h, |_, y| (4..17).contains(&y));
-    assert_eq!(close(w, h, &halves, 2).unwrap(), whole);
-    assert_eq!(close(w, h, &halves, 0).unwrap(), halves);
+    // A block with a slit of 2 px in it, and running into the image border: shut by a radius of 2, kept by one of 0.
+    let block = |y| (4..17).contains(&y);
+    let slit = mask(w, h, |x, y| block(y) && !((10..12).contains(&x) && (7..14).contains(&y)));
+    assert_eq!(close(w, h, &slit, 2).unwrap(), mask(w, h, |_, y| block(y)));
+    assert_eq!(close(w, h, &slit, 0).unwrap(), slit);
 }
