@@ -81,7 +81,8 @@ const SHARPNESS: f32 = 4.0;
 /// others, which are returned unchanged. Pixels where `exclude` is true (an object in front of the same background) are
 /// neither copied nor continued.
 ///
-/// Leave a margin around the object: grow its mask by some pixels with [`dilate`], or its rim is taken for background.
+/// Leave a margin around the object: [`close`] its mask and grow it by some pixels with [`dilate`], or its rim is taken
+/// for background. Where it hides a part of an excluded thing, fill that part by a second call that excludes all else.
 ///
 /// # Errors
 /// Arrays of another size, a picture of no pixels, or no pixel that is neither hole nor excluded while there is a hole.
