@@ -2,6 +2,7 @@
 //! Does no file I/O: it is given scene text and decoded arrays, so it can be used as a library.
 
 pub mod backdrop;
+pub mod geometry;
 pub mod scene;
 pub mod stages;
 pub mod world;
