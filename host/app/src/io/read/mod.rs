@@ -7,11 +7,11 @@ mod error;
 mod npy;
 mod ply;
 
-pub mod depth;
-pub mod image;
-pub mod mesh;
-pub mod points;
-pub mod roots;
+mod depth;
+mod image;
+mod mesh;
+mod points;
+mod roots;
 
 pub use depth::{ScalarMap, read_scalar_map};
 pub use error::ReadError;
