@@ -177,7 +177,7 @@ fn a_clip_decodes_to_what_went_in() {
 
     let decoded = movie.decode();
     assert_eq!(decoded.len(), frames.len());
-    // 4:2:0 and 8-bit limited range alone leave about 45 dB here; quantiser 24 costs the rest.
+    // 4:2:0 in 8 bits alone leaves about 45 dB here; the quantiser costs the rest.
     let worst = frames.iter().zip(&decoded).map(|(a, b)| psnr(a, b)).fold(f64::INFINITY, f64::min);
     println!("worst PSNR {worst:.1} dB, {} bytes", movie.bytes.len());
     assert!(worst > 35.0, "worst PSNR {worst}");
@@ -255,8 +255,9 @@ fn a_single_frame_lasts_its_time() {
     let path = dir.path().join("one.mp4");
     encode(&path, 32, 32, 24.0, &[picture(32, 32, 0)]);
     let movie = Movie::open(&path);
-    assert_eq!(movie.durations(), (vec![3750], 90_000));
-    assert_eq!(movie.decode().len(), 1);
+    // As two pictures of half the time.
+    assert_eq!(movie.durations(), (vec![1875; 2], 90_000));
+    assert_eq!(movie.decode().len(), 2);
 }
 
 #[test]
@@ -361,7 +362,9 @@ fn vui(sps: &[u8]) -> Option<(bool, [u32; 3])> {
     }
     bits.golomb();
     match bits.golomb() {
-        0 => drop(bits.golomb()),
+        0 => {
+            bits.golomb();
+        }
         kind => assert_eq!(kind, 2, "picture order"),
     }
     bits.golomb();
@@ -373,7 +376,9 @@ fn vui(sps: &[u8]) -> Option<(bool, [u32; 3])> {
     }
     bits.take(1);
     if bits.take(1) == 1 {
-        (0..4).for_each(|_| drop(bits.golomb()));
+        for _ in 0..4 {
+            bits.golomb();
+        }
     }
     if bits.take(1) == 0 {
         return None;

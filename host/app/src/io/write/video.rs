@@ -39,6 +39,9 @@ pub struct VideoSummary {
     pub seconds: f64,
 }
 
+/// H.264 quantiser of a frame; of a change of scene up to two more. 20 cannot be told from the frames at arm's length.
+const QUANTISER: u8 = 20;
+
 /// Limits of the encoder.
 const LONGER_SIDE: u32 = 3840;
 const SHORTER_SIDE: u32 = 2160;
@@ -60,13 +63,14 @@ impl VideoWriter {
         }
         let yuv = Yuv420::new(width, height);
         let (coded_width, coded_height) = yuv.size();
-        // Quality is set by the quantiser range; the rate must not be what limits it (0.5 bit a pixel is ample).
-        let rate = (f64::from(coded_width * coded_height) * fps * 0.5).clamp(1e6, 2e8);
         let config = EncoderConfig::new()
-            .rate_control_mode(RateControlMode::Quality)
-            .qp(QpRange::new(12, 24))
-            .bitrate(BitRate::from_bps(rate as u32))
-            // Only steers the rate; times are the container's.
+            // The name misleads: in this mode the quantiser alone decides, within its range, whatever the bits. Quality mode
+            // follows a bit rate and drops frames or complains; with rate control off the range is ignored.
+            .rate_control_mode(RateControlMode::Bufferbased)
+            .qp(QpRange::new(QUANTISER, QUANTISER + 2))
+            .adaptive_quantization(false)
+            // Not followed in this mode, but must be plausible, as must the rate; times are the container's.
+            .bitrate(BitRate::from_bps(2_000_000))
             .max_frame_rate(FrameRate::from_hz(fps.clamp(1.0, 60.0) as f32))
             .intra_frame_period(IntraFramePeriod::from_num_frames((2.0 * fps).ceil() as u32))
             .complexity(Complexity::Medium)
@@ -89,23 +93,31 @@ impl VideoWriter {
     pub fn push(&mut self, rgb: &[u8]) -> Result<(), WriteError> {
         check_rgb(&self.path, self.width, self.height, rgb)?;
         self.yuv.fill(rgb, self.width, self.height);
+        // From the frame's number each time, so that rounding to the container's clock does not add up.
+        self.encode(self.frames as f64 / self.fps)?;
+        self.frames += 1;
+        Ok(())
+    }
+
+    /// Encodes what the planes hold as the picture shown from `time` [s] on.
+    fn encode(&mut self, time: f64) -> Result<(), WriteError> {
         let stream = self.encoder.encode(&self.yuv).map_err(|e| WriteError::encoder(&self.path, e))?;
         let key = stream.frame_type() == FrameType::IDR;
         let bytes = stream.to_vec();
         if bytes.is_empty() {
             return Err(WriteError::encoder(&self.path, format!("frame {} was dropped", self.frames)));
         }
-        // From the frame's number each time, so that rounding to the container's clock does not add up.
-        let time = self.frames as f64 / self.fps;
-        self.muxer.write_video(time, &bytes, key).map_err(|e| container(&self.path, e))?;
-        self.frames += 1;
-        Ok(())
+        self.muxer.write_video(time, &bytes, key).map_err(|e| container(&self.path, e))
     }
 
     /// Writes the file. A clip without frames is refused.
     pub fn finish(mut self) -> Result<VideoSummary, WriteError> {
         if self.frames == 0 {
             return Err(WriteError::EmptyClip { path: self.path });
+        }
+        if self.frames == 1 {
+            // The container takes a picture's length from the one before: a lone frame is shown twice, half its time each.
+            self.encode(0.5 / self.fps)?;
         }
         self.muxer.finish_in_place().map_err(|e| container(&self.path, e))?;
         self.muxer.into_writer().commit()?;
