@@ -4,12 +4,14 @@ mod io_fixtures;
 
 use std::path::Path;
 
+use io_fixtures::{exr, npy_bytes, png_of, refusal, write};
 use physvideo_app::io::ReadError;
 use physvideo_app::io::read::*;
 
+type Reader = fn(&Path) -> Result<(), ReadError>;
+
 /// All readers by name; each says whether it took the file.
-#[allow(clippy::type_complexity)]
-const READERS: [(&str, fn(&Path) -> Result<(), ReadError>); 5] = [
+const READERS: [(&str, Reader); 5] = [
     ("read_color_image", |p| read_color_image(p).map(drop)),
     ("read_label_image", |p| read_label_image(p).map(drop)),
     ("read_scalar_map", |p| read_scalar_map(p).map(drop)),
@@ -61,8 +63,8 @@ fn cut_files_are_refused() {
             }
         }
         let attempts = readers.len() * bytes.len();
-        // Text may end early without losing meaning (an OBJ between lines), and so may what nobody reads (a PLY's faces,
-        // the padding of a JPEG). Binary data that is needed may not.
+        // Text may end early without losing meaning (an OBJ between lines), and so may what nobody reads (a PLY's
+        // faces, the padding of a JPEG). Binary data that is needed may not.
         let least = match file.extension().unwrap().to_str().unwrap() {
             "obj" => attempts / 2,
             "ply" | "jpg" | "png" => attempts * 9 / 10,
@@ -119,5 +121,66 @@ fn what_is_no_file_is_said_to_be_so() {
             let device = read(Path::new("/dev/zero")).unwrap_err();
             assert!(matches!(device, ReadError::Format { .. }), "{name}: {device}");
         }
+    }
+}
+
+/// What a file announces is believed only as far as the file goes. Each of these would need more than all memory.
+#[test]
+fn huge_announcements_are_refused_before_allocation() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = write(dir.path(), "huge.png", png_of(100_000, 100_000, 8, 2, &[&[0]]));
+    assert!(refusal(&path, read_color_image(&path)).contains("100000 × 100000"));
+    let path = write(dir.path(), "huge_grey.png", png_of(100_000, 100_000, 8, 0, &[&[0]]));
+    assert!(refusal(&path, read_label_image(&path)).contains("100000 × 100000"));
+    assert!(refusal(&path, read_scalar_map(&path)).contains("100000 × 100000"));
+
+    let path = write(dir.path(), "huge.pfm", "Pf\n4000000000 4000000000\n-1\n");
+    assert!(refusal(&path, read_scalar_map(&path)).contains("4000000000 × 4000000000"));
+    // Allowed by the limit, but the bytes are not there.
+    let path = write(dir.path(), "short.pfm", "Pf\n10000 10000\n-1\n....");
+    assert!(refusal(&path, read_scalar_map(&path)).contains("4 of 400000000 bytes"));
+
+    for shape in ["(1000000, 1000000)", "(18446744073709551615, 2)", "(4294967296, 4294967296)"] {
+        let header = format!("{{'descr': '<f8', 'fortran_order': False, 'shape': {shape}, }}");
+        let path = write(dir.path(), "huge.npy", npy_bytes(&header));
+        assert!(refusal(&path, read_scalar_map(&path)).contains("announces an array"));
+    }
+    let nested = format!("{{'descr': {}", "(".repeat(60_000));
+    let path = write(dir.path(), "nested.npy", npy_bytes(&nested));
+    refusal(&path, read_scalar_map(&path));
+
+    let path = dir.path().join("huge.npz");
+    let mut zip = zip::ZipWriter::new(std::fs::File::create(&path).unwrap());
+    let deflated = zip::write::SimpleFileOptions::default();
+    zip.start_file("positions.npy", deflated).unwrap();
+    let header = "{'descr': '<f4', 'fortran_order': False, 'shape': (1000000000000, 3), }";
+    std::io::Write::write_all(&mut zip, &npy_bytes(header)).unwrap();
+    zip.finish().unwrap();
+    assert!(refusal(&path, read_points(&path)).contains("announces an array"));
+
+    let xyz = "property float x\nproperty float y\nproperty float z\nend_header\n";
+    for encoding in ["ascii", "binary_little_endian"] {
+        for elements in [
+            format!("element vertex 1000000000000\n{xyz}"),
+            format!("element vertex 18446744073709551615\n{xyz}"),
+            // Elements of no bytes would be counted for ever.
+            format!("element nothing 1000000000000\nelement vertex 1\n{xyz}"),
+            format!("element lists 1000000000000\nproperty list int int l\nelement vertex 1\n{xyz}"),
+            format!("element lists 1\nproperty list uint double l\nelement vertex 1\n{xyz}4294967295 4294967295"),
+        ] {
+            let text = format!("ply\nformat {encoding} 1.0\n{elements}0 0 0\n");
+            let path = write(dir.path(), "huge.ply", text);
+            refusal(&path, read_points(&path));
+        }
+    }
+
+    let mut bytes = exr(&["Z"]);
+    let name = b"dataWindow\0box2i\0";
+    let at = bytes.windows(name.len()).position(|w| w == name).unwrap() + name.len() + 4;
+    for far in [99_999i32, i32::MAX - 1, i32::MAX] {
+        bytes[at + 8..at + 12].copy_from_slice(&far.to_le_bytes());
+        bytes[at + 12..at + 16].copy_from_slice(&far.to_le_bytes());
+        let path = write(dir.path(), "huge.exr", &bytes);
+        refusal(&path, read_scalar_map(&path));
     }
 }

@@ -63,7 +63,8 @@ fn folders_that_cannot_be_written_are_said_by_every_writer() {
     let dir = folder();
     let blocker = dir.path().join("file");
     fs::write(&blocker, "").unwrap();
-    let writers: [(&str, fn(&Path) -> Result<(), WriteError>); 6] = [
+    type Writer = fn(&Path) -> Result<(), WriteError>;
+    let writers: [(&str, Writer); 6] = [
         ("png", |p| write_png(p, 3, 2, &RGB)),
         ("exr", |p| write_exr(p, &ExrFrame { width: 3, height: 2, rgb: &RGB, depth: None, object_id: None })),
         ("npz", |p| write_npz(p, &PointFrame::default())),
@@ -135,7 +136,7 @@ fn exr_has_linear_colour_depth_and_object() {
     assert!(matches!(find("object_id"), FlatSamples::U32(v) if v.as_slice() == object));
     for (channel, first) in [("R", 0), ("G", 1), ("B", 2)] {
         for (i, value) in find(channel).values_as_f32().enumerate() {
-            // Pillow's and Blender's curve in f64; half floats have 11 bits: 2⁻¹¹ relative, and 2⁻²⁵ near zero.
+            // IEC 61966-2-1 in f64; half floats have 11 bits: 2⁻¹¹ relative, and 2⁻²⁵ near zero.
             let v = f64::from(RGB[3 * i + first]) / 255.0;
             let linear = if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
             let error = (f64::from(value) - linear).abs();

@@ -92,8 +92,7 @@ pub fn ply_binary(big_endian: bool) -> Vec<u8> {
 
 pub fn npz(path: &Path, compressed: bool) {
     let file = std::fs::File::create(path).unwrap();
-    let mut npz =
-        if compressed { ndarray_npy::NpzWriter::new_compressed(file) } else { ndarray_npy::NpzWriter::new(file) };
+XX::NpzWriter::new_compressed(file) } else { ndarray_npy::NpzWriter::new(file) };
     let positions = Array2::from_shape_fn((3, 3), |(i, c)| f64::from(POSITIONS[i][c]));
     npz.add_array("weights", &array![1u8, 2]).unwrap();
     npz.add_array("positions", &positions).unwrap();
@@ -138,4 +137,55 @@ pub fn all(folder: &Path) -> Vec<PathBuf> {
         files.push(write(folder, name, bytes));
     }
     files
+}
+
+/// The text of a refusal, which must name the file and say something to do.
+pub fn refusal<T: std::fmt::Debug>(path: &Path, result: Result<T, physvideo_app::io::ReadError>) -> String {
+    let error = result.expect_err("must be refused");
+    assert_eq!(error.path(), path);
+    let text = error.to_string();
+    assert!(text.contains(path.file_name().unwrap().to_str().unwrap()), "names the file: {text}");
+    assert!(text.trim_end().ends_with('.') && text.matches(". ").count() >= 1, "says what to do: {text}");
+    assert!(!text.contains('\n'), "one line: {text}");
+    text
+}
+
+/// A PNG with the rows given raw, filter byte first.
+pub fn png_of(width: u32, height: u32, bits: u8, colour_type: u8, rows: &[&[u8]]) -> Vec<u8> {
+    let raw = rows.concat();
+    // One stored block of zlib.
+    let mut zlib = vec![0x78, 0x01, 0x01];
+    zlib.extend((raw.len() as u16).to_le_bytes());
+    zlib.extend((!(raw.len() as u16)).to_le_bytes());
+    zlib.extend(&raw);
+    let (a, b) =
+        raw.iter().fold((1u32, 0u32), |(a, b), &v| ((a + u32::from(v)) % 65521, (b + a + u32::from(v)) % 65521));
+    zlib.extend((b << 16 | a).to_be_bytes());
+    let header = [&width.to_be_bytes()[..], &height.to_be_bytes(), &[bits, colour_type, 0, 0, 0]].concat();
+    let mut png = b"\x89PNG\r\n\x1a\n".to_vec();
+    let palette: &[(&[u8; 4], &[u8])] = &[(b"PLTE", &[0, 0, 0, 255, 0, 0])];
+    let mut chunks: Vec<(&[u8; 4], &[u8])> = vec![(b"IHDR", &header)];
+    chunks.extend(palette.iter().filter(|_| colour_type == 3));
+    chunks.extend([(b"IDAT", zlib.as_slice()), (b"IEND", &[])]);
+    for (kind, body) in chunks {
+        let named = [kind.as_slice(), body].concat();
+        png.extend((body.len() as u32).to_be_bytes());
+        png.extend(&named);
+        png.extend(crc32(&named).to_be_bytes());
+    }
+    png
+}
+
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0u32, |crc, &b| {
+        (0..8).fold(crc ^ u32::from(b), |c, _| if c & 1 == 1 { c >> 1 ^ 0xedb8_8320 } else { c >> 1 })
+    })
+}
+
+/// The beginning of an NPY file with a header of one's own.
+pub fn npy_bytes(header: &str) -> Vec<u8> {
+    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+    bytes.extend((header.len() as u16).to_le_bytes());
+    bytes.extend(header.as_bytes());
+    bytes
 }

@@ -36,7 +36,7 @@ pub enum ReadError {
     Absolute { path: PathBuf },
     /// A path, or the link it is, that leaves the asset root.
     #[error(
-        "{path}: lies outside the asset root {root}. Move the file inside, or put an empty assets.toml in the common folder."
+        "{path}: lies outside the asset root {root}. Move the file inside, or put an assets.toml in a folder above."
     )]
     Outside { path: PathBuf, root: PathBuf },
 }

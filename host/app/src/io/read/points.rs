@@ -26,9 +26,9 @@ pub(super) enum RawColors {
     Unit,
 }
 
-/// Reads a PLY (ascii or binary: vertices with `x y z` and optionally `red green blue`, uchar 0–255 or float 0–1) or an
-/// NPZ (`positions` (N, 3) float32 or float64 and optionally `colors` (N, 3) uint8 0–255 or float 0–1). No points and
-/// values that are not finite are refused.
+/// Reads a PLY (ascii or binary: vertices with `x y z` and optionally `red green blue`, uchar 0–255 or float 0–1) or
+/// an NPZ (`positions` (N, 3) float32 or float64 and optionally `colors` (N, 3) uint8 0–255 or float 0–1). No points
+/// and values that are not finite are refused.
 pub fn read_points(path: &Path) -> Result<PointSet, ReadError> {
     let (mut reader, length) = open(path)?;
     match first_bytes::<4>(path, &mut reader)? {

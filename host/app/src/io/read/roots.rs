@@ -27,8 +27,8 @@ impl AssetRoot {
         &self.root
     }
 
-    /// The real path of a file named relative to the scene file's folder. Refused when it is absolute, missing or, after
-    /// following links, outside the root.
+    /// The real path of a file named relative to the scene file's folder. Refused when it is absolute, missing or,
+    /// after following links, outside the root.
     pub fn resolve(&self, relative: &Path) -> Result<PathBuf, ReadError> {
         // A leading separator or drive letter counts, also where the system does not call that absolute.
         if relative.has_root() || relative.is_absolute() {

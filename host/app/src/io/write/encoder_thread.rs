@@ -13,8 +13,11 @@ const WAITING: usize = 4;
 pub struct EncoderThread {
     path: PathBuf,
     /// `None` once the thread has ended.
-    running: Option<(SyncSender<Message>, JoinHandle<Result<Option<VideoSummary>, WriteError>>)>,
+    running: Option<(SyncSender<Message>, JoinHandle<Outcome>)>,
 }
+
+/// `None`: the video was given up.
+type Outcome = Result<Option<VideoSummary>, WriteError>;
 
 enum Message {
     Frame(Vec<u8>),
@@ -33,7 +36,8 @@ impl EncoderThread {
         Ok(Self { path: path.into(), running: Some((sender, thread)) })
     }
 
-    /// Hands over a frame, waiting while too many wait. An error may be an earlier frame's; after one, no frame is taken.
+    /// Hands over a frame, waiting while too many wait. An error may be an earlier frame's; after one, no frame is
+    /// taken.
     pub fn push(&mut self, rgb: Vec<u8>) -> Result<(), WriteError> {
         match &self.running {
             Some((sender, _)) if sender.send(Message::Frame(rgb)).is_ok() => Ok(()),
@@ -52,7 +56,7 @@ impl EncoderThread {
     }
 
     /// Waits for the thread and takes what it returned.
-    fn ended(&mut self) -> Result<Option<VideoSummary>, WriteError> {
+    fn ended(&mut self) -> Outcome {
         let Some((sender, thread)) = self.running.take() else { return Ok(None) };
         drop(sender);
         thread.join().unwrap_or(Ok(None))
@@ -70,7 +74,7 @@ impl Drop for EncoderThread {
     }
 }
 
-fn encode(mut writer: VideoWriter, frames: Receiver<Message>) -> Result<Option<VideoSummary>, WriteError> {
+fn encode(mut writer: VideoWriter, frames: Receiver<Message>) -> Outcome {
     for message in frames {
         match message {
             Message::Frame(rgb) => writer.push(&rgb)?,

@@ -39,7 +39,8 @@ pub struct VideoSummary {
     pub seconds: f64,
 }
 
-/// H.264 quantiser of a frame; of a change of scene up to two more. 20 cannot be told from the frames at arm's length.
+/// H.264 quantiser of a frame; of a change of scene up to two more. 20 gives
+/// about 2 Mbit/s for a photograph at 640 × 554 and 24 frames a second.
 const QUANTISER: u8 = 20;
 
 /// Limits of the encoder.
@@ -64,8 +65,8 @@ impl VideoWriter {
         let yuv = Yuv420::new(width, height);
         let (coded_width, coded_height) = yuv.size();
         let config = EncoderConfig::new()
-            // The name misleads: in this mode the quantiser alone decides, within its range, whatever the bits. Quality mode
-            // follows a bit rate and drops frames or complains; with rate control off the range is ignored.
+            // The name misleads: in this mode the quantiser alone decides, within its range, whatever the bits. Quality
+            // mode follows a bit rate and drops frames or complains; with rate control off the range is ignored.
             .rate_control_mode(RateControlMode::Bufferbased)
             .qp(QpRange::new(QUANTISER, QUANTISER + 2))
             .adaptive_quantization(false)
@@ -116,7 +117,8 @@ impl VideoWriter {
             return Err(WriteError::EmptyClip { path: self.path });
         }
         if self.frames == 1 {
-            // The container takes a picture's length from the one before: a lone frame is shown twice, half its time each.
+            // The container takes the last picture's length from the one before: a lone frame is shown twice, half its
+            // time each.
             self.encode(0.5 / self.fps)?;
         }
         self.muxer.finish_in_place().map_err(|e| container(&self.path, e))?;
