@@ -2,3 +2,4 @@
 //! Does no file I/O: it is given scene text and decoded arrays, so it can be used as a library.
 
 pub mod scene;
+pub mod stages;
