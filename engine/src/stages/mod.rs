@@ -3,3 +3,5 @@
 pub mod cells;
 pub mod mpm;
 mod prestress;
+pub mod render;
+pub mod view;
