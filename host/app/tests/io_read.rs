@@ -175,6 +175,13 @@ fn maps_of_other_kinds_are_refused() {
     let path = dir.path().join("bool.npy");
     ndarray_npy::write_npy(&path, &ndarray::array![[true]]).unwrap();
     assert!(refusal(&path, read_scalar_map(&path)).contains("b1"));
+    let mut lossy = exr(&["Z"]);
+    let name = b"compression\0compression\0\x01\0\0\0";
+    let at = lossy.windows(name.len()).position(|w| w == name).unwrap() + name.len();
+    lossy[at] = 6;
+    let path = write(dir.path(), "lossy.exr", lossy);
+    let text = refusal(&path, read_scalar_map(&path));
+    assert!(text.contains("b44"), "{text}");
     let path = write(dir.path(), "notes.txt", "depth: unknown");
     assert!(refusal(&path, read_scalar_map(&path)).contains("not a PNG, EXR, PFM or NPY"));
 }

@@ -78,7 +78,8 @@ pub fn ply_ascii() -> String {
 pub fn ply_binary(big_endian: bool) -> Vec<u8> {
     let order = if big_endian { "big" } else { "little" };
     let mut bytes = format!(
-        "ply\nformat binary_{order}_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+        "ply\nformat binary_{order}_endian 1.0\nelement vertex 3\n\
+         property float x\nproperty float y\nproperty float z\n\
          property float red\nproperty float green\nproperty float blue\nend_header\n"
     )
     .into_bytes();
@@ -92,7 +93,8 @@ pub fn ply_binary(big_endian: bool) -> Vec<u8> {
 
 pub fn npz(path: &Path, compressed: bool) {
     let file = std::fs::File::create(path).unwrap();
-XX::NpzWriter::new_compressed(file) } else { ndarray_npy::NpzWriter::new(file) };
+    use ndarray_npy::NpzWriter;
+    let mut npz = if compressed { NpzWriter::new_compressed(file) } else { NpzWriter::new(file) };
     let positions = Array2::from_shape_fn((3, 3), |(i, c)| f64::from(POSITIONS[i][c]));
     npz.add_array("weights", &array![1u8, 2]).unwrap();
     npz.add_array("positions", &positions).unwrap();

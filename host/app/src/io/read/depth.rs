@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
-use exr::prelude::{ReadChannels, ReadLayers};
+use exr::prelude::{Compression, ReadChannels, ReadLayers};
 use image::{DynamicImage, ImageFormat};
 
 use super::image::{decode, png_kind};
@@ -118,6 +118,12 @@ fn from_exr(path: &Path, reader: BufReader<File>) -> Result<Rows, ReadError> {
     };
     let chunks = exr::block::read(reader, true).map_err(damaged)?;
     for header in chunks.headers() {
+        // The others are lossy, which depth does not bear, and their decoders trust what a damaged file says.
+        use Compression::{PIZ, PXR24, RLE, Uncompressed, ZIP1, ZIP16};
+        if !matches!(header.compression, Uncompressed | RLE | ZIP1 | ZIP16 | PIZ | PXR24) {
+            let what = format!("uses {}", header.compression);
+            return Err(ReadError::unsupported(path, what, "Save it with ZIP compression."));
+        }
         let size = header.layer_size;
         let channels = header.channels.list.len().max(1) as u64;
         // All channels of a layer are decoded, so all of them count.
