@@ -1,6 +1,7 @@
 //! The stages: each records kernels over buffers. A stage knows the world and the GPU, never another stage.
 
 pub mod cells;
+pub mod display;
 pub mod mpm;
 mod prestress;
 pub mod render;

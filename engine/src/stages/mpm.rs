@@ -293,7 +293,9 @@ impl<'gpu> Mpm<'gpu> {
     }
 
     #[doc(hidden)]
-    pub fn restart(&self) { let _ = self.start_clock(10.0, self.courant, 1.0); }
+    pub fn restart(&self) {
+        let _ = self.start_clock(10.0, self.courant, 1.0);
+    }
     fn particles_in_use(&self) -> u32 {
         self.ranges.last().map_or(0, |r| r.end as u32)
     }

@@ -157,10 +157,7 @@ impl RenderSettings {
             ));
         }
         if self.per_pixel == 0 || self.per_pixel > MOST_PER_PIXEL {
-            return refuse(format!(
-                "{} points blended per pixel; there must be 1 to {MOST_PER_PIXEL}",
-                self.per_pixel
-            ));
+            return refuse(format!("{} points blended per pixel; there must be 1 to {MOST_PER_PIXEL}", self.per_pixel));
         }
         if self.blend_depth.is_some_and(|d| !d.is_finite() || d < 0.0) {
             return refuse("the blend depth must be a finite length, 0 or more".into());
@@ -407,7 +404,11 @@ impl PointRenderer {
         rec.fill(counts, 0);
         rec.fill(bins, 0);
         self.each_point(rec, &points::BinCount { splats, counts, immediates: screen });
-        rec.each(&points::BinRange { counts, starts, bins, immediates: screen }, &self.constants, self.settings.tiles());
+        rec.each(
+            &points::BinRange { counts, starts, bins, immediates: screen },
+            &self.constants,
+            self.settings.tiles(),
+        );
         self.each_point(rec, &points::BinPlace { splats, starts, list, immediates });
         let call = points::Blend {
             splats,
