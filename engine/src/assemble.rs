@@ -84,7 +84,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
             }
             let filled = fill(index, object, inputs, view.as_ref(), &lattice)?;
             colors.extend_from_slice(&filled.colors);
-            bodies.push(body(scene, object, filled, view.as_ref())?);
+            bodies.push(body(scene, index, object, filled, view.as_ref())?);
             object_of.push(index);
         }
     }
@@ -250,7 +250,7 @@ fn fill(
     }
 }
 
-fn body(scene: &Scene, object: &Object, filled: Particles, view: Option<&View>) -> Result<Body, Problem> {
+fn body(scene: &Scene, index: usize, object: &Object, filled: Particles, view: Option<&View>) -> Result<Body, Problem> {
     let n = filled.positions.len().max(1) as f32;
     let center = filled.positions.iter().fold(Vec3::ZERO, |s, p| s + Vec3::from(*p)) / n;
     let spin = Vec3::from(object.angular_velocity);
@@ -262,6 +262,12 @@ fn body(scene: &Scene, object: &Object, filled: Particles, view: Option<&View>) 
     let mut pinned = vec![false; filled.positions.len()];
     for region in &object.pins {
         pin(scene, region, view, &filled.positions, &mut pinned)?;
+    }
+    if object.prestress == Some(true) && object.pins.is_empty() {
+        return Err(at(
+            format!("object[{index}].prestress"),
+            format!("nothing holds '{}': only a body with `pins` can start at rest under gravity; one without settles by itself", object.name),
+        ));
     }
     let material = object.material.ok_or_else(|| at("object".into(), "an object without material is not simulated"))?;
     let mut fields = 0;
@@ -278,7 +284,8 @@ fn body(scene: &Scene, object: &Object, filled: Particles, view: Option<&View>) 
         positions: filled.positions,
         velocities,
         pinned,
-        prestress: object.prestressed(),
+        // A photograph shows a held body sagged. One that nothing holds stands on something, and may fall from it.
+        prestress: object.prestressed() && !object.pins.is_empty(),
         fields,
     })
 }
