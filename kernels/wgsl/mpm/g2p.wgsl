@@ -172,6 +172,11 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
             var initial: Prestress;
             if (PRESTRESS) { initial = prestress.d[index]; }
             store_stress(&p, bodies.d[p.tag & BODY_MASK], next, def.f0.w, initial);
+            // A sum is finite only if all its terms are.
+            if (!finite(next[0] + next[1] + next[2]) || !finite(vec3f(p.c0.w, p.c1.w, p.c2.w) + p.s.xyz)) {
+                p.tag |= QUARANTINED;
+                atomicAdd(&clock.quarantined, 1u);
+            }
             particles.d[index] = p;
             deformations.d[index] = Deformation(vec4f(next[0], def.f0.w), vec4f(next[1], 0.0), vec4f(next[2], 0.0));
             top = max(top, length(v));
