@@ -81,7 +81,7 @@ fn particle(random: &mut Random) -> Particle {
         grid.origin[axis] + grid.dx * place
     });
     let rows: [[f32; 3]; 3] = std::array::from_fn(|_| random.vector(5.0));
-    let stress: [f32; 6] = std::array::from_fn(|_| random.range(-0.02, 0.02));
+    let stress: [f32; 6] = std::array::from_fn(|_| random.range(-0.004, 0.004));
     let row = |i: usize| [rows[i][0], rows[i][1], rows[i][2], stress[i]];
     Particle {
         x,

@@ -9,16 +9,16 @@ use super::{Ask, Buffers, Call, Case, Report};
 
 /// Bytes behind the contents of every buffer that no kernel may change.
 const GUARD: usize = 8192;
-/// Fills the guard: NaN as f32, and an index no buffer has.
-const PATTERN: u32 = 0x7fc0_dead;
+/// What may lie there: NaN as f32 and an index no buffer has; a tiny number and an index every buffer has.
+pub const PATTERNS: [u32; 2] = [0x7fc0_dead, 1];
 /// Sizes around those of workgroups.
 pub const SIZES: [usize; 6] = [0, 1, 63, 64, 65, 1000];
 
-/// Runs a call on buffers longer than it may touch; their contents afterwards, without the guard.
+/// Runs a call on buffers longer than it may touch, with `pattern` behind their ends; their contents afterwards.
 ///
 /// # Errors
 /// A sentence naming the kernel and the buffer: written behind its end, or written though it is only read.
-pub fn run(gpu: &Gpu, case: &Case, call: &Call) -> Result<Buffers, String> {
+pub fn run(gpu: &Gpu, case: &Case, call: &Call, pattern: u32) -> Result<Buffers, String> {
     let name = case.kernel;
     let kernel = find_kernel(name).ok_or_else(|| format!("{name}: there is no such kernel"))?;
     gpu.free_arena("proof");
@@ -28,7 +28,7 @@ pub fn run(gpu: &Gpu, case: &Case, call: &Call) -> Result<Buffers, String> {
         if padded.len() % binding.bytes as usize != 0 {
             return Err(format!("{name}: `{}` is not a whole number of {}", binding.name, binding.element));
         }
-        padded.extend(PATTERN.to_le_bytes().iter().cycle().take(GUARD));
+        padded.extend(pattern.to_le_bytes().iter().cycle().take(GUARD));
         bufs.push(gpu.upload("proof", binding.name, &padded).map_err(|e| format!("{name}: {e}"))?);
     }
     let mut recording = Recording::new(name);
@@ -45,7 +45,7 @@ pub fn run(gpu: &Gpu, case: &Case, call: &Call) -> Result<Buffers, String> {
         let bytes = gpu.read(*buf).map_err(|e| format!("{name}: {e}"))?;
         let before = call.buffers.bytes(binding.name);
         let (contents, guard) = bytes.split_at(before.len());
-        if let Some(at) = guard.chunks(4).position(|word| word != PATTERN.to_le_bytes()) {
+        if let Some(at) = guard.chunks(4).position(|word| word != pattern.to_le_bytes()) {
             return Err(format!("{name}: wrote behind the end of `{}`, {} bytes on", binding.name, at * 4));
         }
         if !binding.writes && contents != before {
@@ -62,7 +62,7 @@ pub fn run(gpu: &Gpu, case: &Case, call: &Call) -> Result<Buffers, String> {
 /// A sentence naming the kernel, the output, the size and seed, and the tolerance with its reason.
 pub fn prove(gpu: &Gpu, case: &Case, ask: Ask) -> Result<Vec<Report>, String> {
     let call = (case.inputs)(ask);
-    let out = run(gpu, case, &call).map_err(|e| format!("{e} ({ask:?})"))?;
+    let out = run(gpu, case, &call, PATTERNS[0]).map_err(|e| format!("{e} ({ask:?})"))?;
     let reports: Vec<_> = (case.compare)(&call, &out).iter().map(super::Compared::report).collect();
     match reports.iter().find(|r| r.max > case.tolerance) {
         None => Ok(reports),
@@ -70,13 +70,13 @@ pub fn prove(gpu: &Gpu, case: &Case, ask: Ask) -> Result<Vec<Report>, String> {
     }
 }
 
-/// Runs a case twice; every output but the unordered ones has the same bits.
+/// Runs a case twice, with other things behind its buffers; every output but the unordered ones has the same bits.
 ///
 /// # Errors
 /// A sentence naming the kernel and the buffer.
 pub fn repeat(gpu: &Gpu, case: &Case, ask: Ask) -> Result<(), String> {
     let call = (case.inputs)(ask);
-    let (first, second) = (run(gpu, case, &call)?, run(gpu, case, &call)?);
+    let (first, second) = (run(gpu, case, &call, PATTERNS[0])?, run(gpu, case, &call, PATTERNS[1])?);
     let kernel = find_kernel(case.kernel).ok_or_else(|| format!("{}: there is no such kernel", case.kernel))?;
     for binding in kernel.bindings.iter().filter(|b| !case.unordered.contains(&b.name)) {
         if first.bytes(binding.name) != second.bytes(binding.name) {

@@ -9,14 +9,14 @@ pub const MARGIN: f64 = 1e-4;
 
 /// Fields of every kind, with and without a region and a ramp; they are on around t = 1 s.
 pub fn forces() -> Forces {
-    let everywhere = Field { kind: 1, start: 0.0, end: 9.0, a: [0.3, -0.4, 0.2, 0.0], ..Default::default() };
+    let everywhere = Field { kind: 1, start: 0.0, end: 9.0, a: [30.0, -40.0, 20.0, 0.0], ..Default::default() };
     let gust = Field {
         kind: 2,
         region: 1,
         start: 0.9,
         end: 3.0,
         ramp: 0.4,
-        p0: 2.0,
+        p0: 60.0,
         p1: 0.5,
         p2: 1.7,
         a: [3.0, 1.0, -2.0, 0.0],
@@ -31,7 +31,7 @@ pub fn forces() -> Forces {
         end: 1.2,
         ramp: 0.5,
         p0: 0.1,
-        a: [-8.0, 5.0, 6.0, 0.0],
+        a: [-800.0, 500.0, 600.0, 0.0],
         b: [-0.1, 0.3, 0.3, 0.0],
         region_min: [-0.1, 0.35, 0.25, 0.0],
         region_max: [0.2, 0.0, 0.0, 0.0],
