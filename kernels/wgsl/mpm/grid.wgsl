@@ -47,7 +47,6 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     var v = vec3f(0.0);
     if (sum.w > 0.0) {
         v = sum.xyz / sum.w;
-        v *= exp(-clock.damping * clock.dt);
         // One bad particle must not poison all it touches.
         if (!finite(v)) {
             v = vec3f(0.0);

@@ -22,8 +22,13 @@ pub static CASES: &[&Case] = &[
     &mpm::clock::CASE,
     &mpm::g2p::CASE,
     &mpm::grid::CASE,
+    &mpm::halt::CASE,
     &mpm::measure::CASE,
     &mpm::p2g::CASE,
+    &mpm::p2g_fixed::CASE,
+    &mpm::p2g_float::CASE,
+    &mpm::prestress::CASE,
+    &mpm::stress_case::CASE,
 ];
 
 /// What is needed to prove and to time a kernel.

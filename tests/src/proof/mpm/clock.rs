@@ -36,7 +36,6 @@ fn inputs(ask: Ask) -> Call {
         quarantined: 4,
         particles: ask.items as u32,
         load: 1.0,
-        damping: 0.5,
         ..Default::default()
     };
     let mut live = Live { blocks: 3, nodes: 9, cursor: 100, ..Default::default() };

@@ -5,10 +5,16 @@ pub mod elastic;
 pub mod force;
 pub mod g2p;
 pub mod grid;
+pub mod halt;
 pub mod measure;
 pub mod obstacle;
 pub mod p2g;
+pub mod p2g_fixed;
+pub mod p2g_float;
+pub mod prestress;
 pub mod spline;
+#[path = "stress.rs"]
+pub mod stress_case;
 
 use nalgebra::{Matrix3, Vector3};
 use physvideo_gpu::kernels::{Body, Deformation, Particle};

@@ -1,0 +1,46 @@
+//! use lib/particle lib/carrier
+// Display points carried by up to four particles each: x = Σ w (x_p + F_p (X − X_p0)) / Σ w, with F_p relative to the
+// moment they were bound. Summed as displacements, so that points of particles that did not move stay exactly put.
+
+struct Points { d: array<vec4f> }
+struct Carriers { d: array<Carrier> }
+struct Particles { d: array<Particle> }
+struct Deformations { d: array<Deformation> }
+struct Bounds { d: array<Bound> }
+@group(0) @binding(0) var<storage, read> rest: Points;           // X [m], radius in w
+@group(0) @binding(1) var<storage, read> carriers: Carriers;
+@group(0) @binding(2) var<storage, read> particles: Particles;
+@group(0) @binding(3) var<storage, read> deformations: Deformations;
+@group(0) @binding(4) var<storage, read> bound: Bounds;
+@group(0) @binding(5) var<storage, read_write> points: Points;
+var<immediate> call: Carried;
+
+@compute @workgroup_size(64)
+fn main(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = (group.y * groups.x + group.x) * 64u + lane;
+    if (i >= call.count) { return; }
+    var point = rest.d[i];
+    let carrier = carriers.d[i];
+    var moved = vec3f(0.0);
+    var total = 0.0;
+    for (var k = 0u; k < 4u; k++) {
+        let w = carrier.weight[k];
+        if (w <= 0.0) { continue; }
+        let id = carrier.particle[k];
+        if ((particles.d[id].tag & QUARANTINED) != 0u) { continue; }
+        let at = bound.d[id];
+        let f = deformations.d[id];
+        let offset = point.xyz - at.x.xyz;
+        let back = vec3f(dot(at.i0.xyz, offset), dot(at.i1.xyz, offset), dot(at.i2.xyz, offset));
+        let turned = f.f0.xyz * back.x + f.f1.xyz * back.y + f.f2.xyz * back.z;
+        moved += w * ((particles.d[id].x - at.x.xyz) + (turned - offset));
+        total += w;
+    }
+    if (total > 0.0) {
+        point = vec4f(point.xyz + moved / total, point.w);
+    } else if (any(carrier.weight > vec4f(0.0))) {
+        // All its carriers are in quarantine: it is not drawn.
+        point.w = 0.0;
+    }
+    points.d[i] = point;
+}

@@ -1,0 +1,16 @@
+//! use lib/splat
+// World points to discs in the image: centre [px], depth [m], radius [px].
+
+struct Points { d: array<vec4f> }
+struct Splats { d: array<vec4f> }
+@group(0) @binding(0) var<storage, read> points: Points;
+@group(0) @binding(1) var<storage, read> camera: Camera;
+@group(0) @binding(2) var<storage, read_write> splats: Splats;
+var<immediate> screen: Screen;
+
+@compute @workgroup_size(64)
+fn main(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let i = (group.y * groups.x + group.x) * 64u + lane;
+    if (i >= screen.points) { return; }
+    splats.d[i] = splat(camera, points.d[i]);
+}

@@ -1,0 +1,40 @@
+//! use lib/splat lib/pixel
+// From the nearest point of every pixel to its colour, depth and object.
+
+struct Points { d: array<vec4f> }
+struct Pairs { d: array<vec2u> }
+struct Words { d: array<u32> }
+struct Floats { d: array<f32> }
+@group(0) @binding(0) var<storage, read> keys: Pairs;        // point number, depth bits
+@group(0) @binding(1) var<storage, read> points: Points;
+@group(0) @binding(2) var<storage, read> camera: Camera;
+@group(0) @binding(3) var<storage, read> colors: Words;      // RGBA8 of each point
+@group(0) @binding(4) var<storage, read> objects: Words;     // object of each point
+@group(0) @binding(5) var<storage, read_write> image: Words;     // RGBA8, 0 where nothing is
+@group(0) @binding(6) var<storage, read_write> depths: Floats;   // [m], 0 where nothing is
+@group(0) @binding(7) var<storage, read_write> ids: Words;       // object, 0 where nothing is
+var<immediate> screen: Screen;
+
+override WANT_DEPTH: bool = false;
+override WANT_IDS: bool = false;
+
+@compute @workgroup_size(64)
+fn main(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let at = (group.y * groups.x + group.x) * 64u + lane;
+    if (at >= screen.width * screen.height) { return; }
+    let key = keys.d[at];
+    var pixel = 0u;
+    var depth = 0.0;
+    var object = 0u;
+    if (key.x != NOTHING) {
+        let s = splat(camera, points.d[key.x]);
+        var b = Blend(vec3f(0.0), 0.0, 1.0);
+        blend_in(&b, colors.d[key.x], weight(distances(s, vec2u(at % screen.width, at / screen.width))));
+        pixel = packed(b);
+        depth = bitcast<f32>(key.y);
+        if (WANT_IDS) { object = objects.d[key.x]; }
+    }
+    image.d[at] = pixel;
+    if (WANT_DEPTH) { depths.d[at] = depth; }
+    if (WANT_IDS) { ids.d[at] = object; }
+}
