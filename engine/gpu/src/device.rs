@@ -29,6 +29,9 @@ pub struct Options {
     pub wgsl: Option<std::path::PathBuf>,
     /// Contents of an earlier [`Gpu::pipeline_cache`].
     pub pipeline_cache: Vec<u8>,
+    /// Leave out every derived barrier: for tests that show what the validation layer then says.
+    #[doc(hidden)]
+    pub without_barriers: bool,
 }
 
 /// Kind of a device.
