@@ -2,6 +2,7 @@
 //! and times them. Nothing that ships imports this crate.
 
 pub mod device;
+pub mod folder;
 pub mod probe;
 pub mod proof;
 pub mod random;

@@ -1,9 +1,9 @@
 //! Negative controls: each of these mistakes, written into a copy of the kernels, must be caught by the harness.
 
 use physvideo_gpu::Options;
-use physvideo_tests::device;
 use physvideo_tests::proof::harness::{prove, repeat};
 use physvideo_tests::proof::{Ask, find};
+use physvideo_tests::{device, folder};
 
 /// Kernel whose proof must fail, file, what stands there, what is put in its place.
 const MUTANTS: [(&str, &str, &str, &str); 17] = [
@@ -33,15 +33,12 @@ const MUTANTS: [(&str, &str, &str, &str); 17] = [
 
 #[test]
 fn every_mistake_is_caught() {
-    let folder = tempfile::tempdir().unwrap();
+    let copy = tempfile::tempdir().unwrap();
     let mut missed = Vec::new();
     for (kernel, file, from, to) in MUTANTS {
-        copy_kernels(folder.path());
-        let path = folder.path().join(format!("{file}.wgsl"));
-        let text = std::fs::read_to_string(&path).unwrap();
-        assert!(text.contains(from), "{file}.wgsl no longer holds `{from}`: mend this list");
-        std::fs::write(&path, text.replace(from, to)).unwrap();
-        let gpu = device::open(Options { wgsl: Some(folder.path().into()), validation: false, ..device::options() });
+        folder::copy_kernels(copy.path());
+        folder::edit(copy.path(), file, from, to);
+        let gpu = device::open(Options { wgsl: Some(copy.path().into()), validation: false, ..device::options() });
         let case = find(kernel).unwrap();
         let sizes = [1, 65, 1000].into_iter().flat_map(|items| (0..4).map(move |seed| (items, seed)));
         let found = sizes
@@ -58,21 +55,10 @@ fn every_mistake_is_caught() {
 /// Without the sort inside cells P2G depends on who came first; here the order is given, so a case can tell.
 #[test]
 fn the_copy_itself_is_sound() {
-    let folder = tempfile::tempdir().unwrap();
-    copy_kernels(folder.path());
-    let gpu = device::open(Options { wgsl: Some(folder.path().into()), ..device::options() });
+    let copy = tempfile::tempdir().unwrap();
+    folder::copy_kernels(copy.path());
+    let gpu = device::open(Options { wgsl: Some(copy.path().into()), ..device::options() });
     let ask = Ask { items: 1000, seed: 1, poison: false };
     prove(&gpu, find("mpm/p2g").unwrap(), ask).unwrap();
     repeat(&gpu, find("mpm/p2g").unwrap(), ask).unwrap();
-}
-
-fn copy_kernels(to: &std::path::Path) {
-    let from = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../kernels/wgsl"));
-    for folder in std::fs::read_dir(from).unwrap().map(|e| e.unwrap().path()) {
-        let into = to.join(folder.file_name().unwrap());
-        std::fs::create_dir_all(&into).unwrap();
-        for file in std::fs::read_dir(&folder).unwrap().map(|e| e.unwrap().path()) {
-            std::fs::copy(&file, into.join(file.file_name().unwrap())).unwrap();
-        }
-    }
 }
