@@ -1,6 +1,7 @@
 //! Every kernel against its f64 twin on the device, under validation.
 
 use physvideo_gpu::kernels::KERNELS;
+use physvideo_gpu::{Gpu, Options};
 use physvideo_tests::device;
 use physvideo_tests::proof::harness::{SIZES, prove, repeat, time};
 use physvideo_tests::proof::{Ask, CASES, find};
@@ -13,15 +14,27 @@ fn every_kernel_has_a_case() {
     assert!(unknown.is_empty(), "cases of no kernel: {}", unknown.join(", "));
 }
 
-/// Sizes around those of workgroups, each with a seed of its own, so that every variant of a kernel comes by.
 #[test]
 fn every_kernel_agrees_with_its_twin() {
     let gpu = device::gpu();
+    agree(&gpu);
+    assert_eq!(gpu.messages(), Vec::<String>::new());
+}
+
+/// Without clamped indices and validation, as the program runs.
+#[test]
+fn every_kernel_agrees_with_its_twin_with_the_flags_that_ship() {
+    agree(&device::open(Options { device: device::options().device, ..Options::default() }));
+}
+
+/// Sizes around those of workgroups, each with a seed of its own, so that every variant of a kernel comes by.
+fn agree(gpu: &Gpu) {
+    println!("subgroup size {}", gpu.info.subgroup_size);
     let mut wrong = Vec::new();
     for case in CASES {
         let (mut worst, mut numbers) = (0.0f64, 0);
         for (turn, items) in SIZES.into_iter().chain([1000, 1000, 1000]).enumerate() {
-            match prove(&gpu, case, Ask { items, seed: turn as u64, poison: false }) {
+            match prove(gpu, case, Ask { items, seed: turn as u64, poison: false }) {
                 Ok(reports) => {
                     worst = reports.iter().map(|r| r.max).fold(worst, f64::max);
                     numbers += reports.iter().map(|r| r.items).sum::<usize>();
@@ -32,7 +45,27 @@ fn every_kernel_agrees_with_its_twin() {
         println!("{}: error {worst:.1e} of {:.1e} over {numbers} numbers", case.kernel, case.tolerance);
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    assert_eq!(gpu.messages(), Vec::<String>::new());
+}
+
+/// The software driver has subgroups of as many lanes as its vectors: the proofs again with 4, 8 and 16.
+#[test]
+fn every_kernel_agrees_with_its_twin_at_every_subgroup_size() {
+    for (bits, lanes) in [(128, 4), (256, 8), (512, 16)] {
+        let cache = format!("{}/shaders{bits}", env!("CARGO_TARGET_TMPDIR"));
+        std::fs::create_dir_all(&cache).unwrap();
+        let out = std::process::Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", "--nocapture", "--test-threads=1"])
+            .args(["every_kernel_agrees_with_its_twin_with_the_flags_that_ship", "two_runs_have_the_same_bits"])
+            .env("LP_NATIVE_VECTOR_WIDTH", bits.to_string())
+            // A cache each, so that no width is served what another compiled.
+            .env("MESA_SHADER_CACHE_DIR", cache)
+            .env_remove(device::DEVICE_VARIABLE)
+            .output()
+            .unwrap();
+        let said = String::from_utf8_lossy(&[out.stdout, out.stderr].concat()).into_owned();
+        assert!(said.contains(&format!("subgroup size {lanes}\n")), "not the size asked for ({bits} bits):\n{said}");
+        assert!(out.status.success() && said.contains("2 passed"), "with subgroups of {lanes}:\n{said}");
+    }
 }
 
 #[test]

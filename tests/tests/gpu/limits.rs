@@ -103,9 +103,17 @@ fn an_arena_is_freed_whole_and_alone() {
     assert_eq!(gpu.messages(), Vec::<String>::new());
 }
 
+/// With memory the host maps, and by way of a staging buffer as on a discrete GPU.
 #[test]
 fn ranges_are_read_and_written_and_checked() {
-    let gpu = device::gpu();
+    for staged in [false, true] {
+        let gpu = device::open(Options { staged, ..device::options() });
+        check_ranges(&gpu);
+        assert_eq!(gpu.messages(), Vec::<String>::new());
+    }
+}
+
+fn check_ranges(gpu: &Gpu) {
     let buf = gpu.alloc::<[f32; 4]>("run", "rows", 10).unwrap();
     assert_eq!(gpu.read(buf).unwrap(), vec![[0.0; 4]; 10], "memory comes zeroed");
     gpu.write(buf, 7, &[[7.0; 4], [8.0; 4]]).unwrap();

@@ -20,15 +20,17 @@ fn chain(gpu: &Gpu) -> (Recording, physvideo_gpu::Buf<u32>) {
 
 #[test]
 fn a_chain_of_dependent_commands_is_silent_and_right() {
-    let gpu = device::gpu();
-    let (rec, d) = chain(&gpu);
-    let prepared = gpu.prepare(&rec).unwrap();
-    for _ in 0..3 {
-        prepared.submit().unwrap();
-        assert_eq!(gpu.read(d).unwrap(), vec![7; 200]);
+    for staged in [false, true] {
+        let gpu = device::open(Options { staged, ..device::options() });
+        let (rec, d) = chain(&gpu);
+        let prepared = gpu.prepare(&rec).unwrap();
+        for _ in 0..3 {
+            prepared.submit().unwrap();
+            assert_eq!(gpu.read(d).unwrap(), vec![7; 200]);
+        }
+        drop(prepared);
+        assert_eq!(gpu.messages(), Vec::<String>::new());
     }
-    drop(prepared);
-    assert_eq!(gpu.messages(), Vec::<String>::new());
 }
 
 #[test]
