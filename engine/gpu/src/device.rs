@@ -29,6 +29,12 @@ pub struct Options {
     pub wgsl: Option<std::path::PathBuf>,
     /// Contents of an earlier [`Gpu::pipeline_cache`].
     pub pipeline_cache: Vec<u8>,
+    /// Leave out every derived barrier: for tests that show what the validation layer then says.
+    #[doc(hidden)]
+    pub without_barriers: bool,
+    /// Keep buffers where the host cannot reach them, as on a discrete GPU, on any device: for tests.
+    #[doc(hidden)]
+    pub staged: bool,
 }
 
 /// Kind of a device.
@@ -275,7 +281,7 @@ impl Gpu {
             allocation_sizes: gpu_allocator::AllocationSizes::default(),
         })
         .map_err(|source| GpuError::Memory { name: "allocator".into(), source })?;
-        let unified = info.kind != DeviceKind::Discrete;
+        let unified = info.kind != DeviceKind::Discrete && !options.staged;
         let limits = unsafe { instance.get_physical_device_properties(physical) }.limits;
         let pipelines = Pipelines::new(device.clone(), &options.pipeline_cache)?;
         Ok(Self {

@@ -15,5 +15,7 @@ pub use hazards::{Step, schedule};
 pub use physvideo_kernels as kernels;
 pub use physvideo_kernels::{AnyBuf, Buf, Feature, Kernel, KernelInfo};
 pub use pipeline::Constants;
+#[doc(hidden)]
+pub use pipeline::compile;
 pub use recording::{Command, Groups, Recording};
 pub use submit::{Prepared, Timing};

@@ -177,6 +177,11 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
             particles.d[index].c1 = vec4f(vx.y, vy.y, vz.y, tau[1].y) * vec4f(vec3f(4.0 * inv), 1.0);
             particles.d[index].c2 = vec4f(vx.z, vy.z, vz.z, tau[2].z) * vec4f(vec3f(4.0 * inv), 1.0);
             particles.d[index].s = vec4f(tau[1].x, tau[2].x, tau[2].y, 0.0);
+            // A sum is finite only if all its terms are.
+            if (!finite(next[0] + next[1] + next[2]) || !finite(tau[0] + tau[1] + tau[2])) {
+                particles.d[index].tag = tag | QUARANTINED;
+                atomicAdd(&clock.quarantined, 1u);
+            }
             deformations.d[index] = Deformation(vec4f(next[0], def.f0.w), vec4f(next[1], 0.0), vec4f(next[2], 0.0));
             top = max(top, length(v));
         }

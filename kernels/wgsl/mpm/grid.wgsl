@@ -1,4 +1,4 @@
-//! use lib/grid lib/clock lib/collider
+//! use lib/grid lib/clock lib/collider lib/particle
 // Grid update: gathers each node's momentum and mass from the tiles of up to eight blocks in a fixed order, makes
 // it a velocity, and lets it meet the obstacles. One workgroup a block of nodes.
 
@@ -56,6 +56,11 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     var v = vec3f(0.0);
     if (sum.w > 0.0) {
         v = sum.xyz / sum.w;
+        // One bad particle must not poison all it touches.
+        if (!finite(v)) {
+            v = vec3f(0.0);
+            atomicAdd(&clock.clamped_velocity, 1u);
+        }
         let x = grid.origin + vec3f(block * 4u + l) * grid.dx;
         for (var i = 0u; i < count; i++) {
             if (near[i] != 0u) { v = collide(colliders.d[i], x, v, time); }

@@ -20,6 +20,8 @@ var<immediate> grid: Grid;
 const STEPS: f32 = 1048576.0;
 
 var<workgroup> tile: array<atomic<i32>, 864>;
+// Mass of pinned particles, in units PIN_MASS times as large: in those of the others nothing would be left of them.
+var<workgroup> pinned: array<atomic<i32>, TILE>;
 var<workgroup> scale_bits: atomic<u32>;
 var<workgroup> mass_bits: atomic<u32>;
 
@@ -37,6 +39,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     let slot = group.x;
     if (slot >= grid.capacity) { return; }
     for (var i = lane; i < 4u * TILE; i += 64u) { atomicStore(&tile[i], 0); }
+    for (var i = lane; i < TILE; i += 64u) { atomicStore(&pinned[i], 0); }
     let first = starts.d[slot * 64u];
     let last = starts.d[slot * 64u + 63u] + counts.d[slot * 64u + 63u];
     // Read once: the driver cannot know that nothing written here overlaps them.
@@ -55,7 +58,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         let s = scatter(p, a, origin, dx, dt);
         let reach = abs(s.q) + 2.0 * (abs(s.ax) + abs(s.ay) + abs(s.az)) + 1.5 * (abs(s.sx) + abs(s.sy) + abs(s.sz));
         top = max(top, max(reach.x, max(reach.y, reach.z)));
-        heavy = max(heavy, s.m);
+        heavy = max(heavy, p.m);
     }
     atomicMax(&scale_bits, bitcast<u32>(top));
     atomicMax(&mass_bits, bitcast<u32>(heavy));
@@ -73,12 +76,19 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         let at = local.z * 36u + local.y * 6u + local.x;
         for (var n = 0u; n < 27u; n++) {
             let o = vec3u(n % 3u, (n / 3u) % 3u, n / 9u);
-            add(at + o.z * 36u + o.y * 6u + o.x, to_steps * share(s, scatter_row(s, o.y, o.z), o.x));
+            let node = at + o.z * 36u + o.y * 6u + o.x;
+            let given = to_steps * share(s, scatter_row(s, o.y, o.z), o.x);
+            if ((p.tag & PINNED) == 0u) {
+                add(node, given);
+            } else {
+                atomicAdd(&pinned[node], i32(round(given.w / PIN_MASS)));
+            }
         }
     }
     workgroupBarrier();
     for (var i = lane; i < TILE; i += 64u) {
         let n = vec4f(vec4i(atomicLoad(&tile[4u * i]), atomicLoad(&tile[4u * i + 1u]), atomicLoad(&tile[4u * i + 2u]), atomicLoad(&tile[4u * i + 3u])));
-        tiles.d[slot * TILE + i] = n / to_steps;
+        let held = vec4f(0.0, 0.0, 0.0, PIN_MASS * f32(atomicLoad(&pinned[i])));
+        tiles.d[slot * TILE + i] = (n + held) / to_steps;
     }
 }
