@@ -106,6 +106,17 @@ pub fn list_devices() -> Result<Vec<DeviceInfo>, GpuError> {
     Ok(infos)
 }
 
+/// The device that [`Gpu::new`] would open, without opening it; `asked` as in [`Options::device`].
+///
+/// # Errors
+/// [`GpuError::NoDevice`] or [`GpuError::UnknownDevice`].
+pub fn choose_device(asked: Option<&str>) -> Result<DeviceInfo, GpuError> {
+    let opened = open_instance(false)?;
+    let chosen = choose(&opened.found, asked).map(|index| opened.found[index].1.clone());
+    unsafe { opened.instance.destroy_instance(None) };
+    chosen
+}
+
 fn open_instance(validation: bool) -> Result<Opened, GpuError> {
     let entry =
         unsafe { ash::Entry::load() }.map_err(|e| GpuError::NoDevice(format!("the Vulkan loader is missing ({e})")))?;

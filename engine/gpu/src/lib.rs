@@ -9,7 +9,7 @@ mod pipeline;
 mod recording;
 mod submit;
 
-pub use device::{DeviceInfo, DeviceKind, Gpu, Options, list_devices};
+pub use device::{DeviceInfo, DeviceKind, Gpu, Options, choose_device, list_devices};
 pub use error::GpuError;
 pub use hazards::{Step, schedule};
 pub use physvideo_kernels as kernels;
