@@ -66,7 +66,7 @@ impl<'gpu> Animation<'gpu> {
         let mut took = |stage, since: Instant| wall_ms.push((stage, since.elapsed().as_secs_f64() * 1e3));
         let since = Instant::now();
         let mpm = if plan.runs("simulate") { Some(Mpm::new(gpu, &assembled.world, method)?) } else { None };
-        took("rest", since);
+        took("simulate", since);
         let since = Instant::now();
         let drawing = if plan.runs("render") { Some(draw(gpu, scene, assembled, plan, mpm.as_ref())?) } else { None };
         took("display", since);

@@ -134,6 +134,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         return Err(at("object".into(), format!("at most {MOST_BODIES} objects with a material fit in a scene")));
     }
     let domain = domain(scene, &bodies, dx);
+    refuse_wide(domain, dx)?;
     let world = World {
         bodies,
         gravity: scene.gravity,
@@ -213,6 +214,21 @@ const MOST_PARTICLES: u64 = 1 << 28;
 /// Device memory of a particle at the least: its state, twice, and its place in the sort.
 const PARTICLE_BYTES: u64 = 2 * (size_of::<Particle>() + size_of::<Deformation>()) as u64 + 12;
 
+/// Blocks of 4³ cells the sort can number.
+const MOST_BLOCKS: f64 = 67_108_864.0;
+
+fn refuse_wide(domain: ([f32; 3], [f32; 3]), dx: f32) -> Result<(), Problem> {
+    // Two blocks a side are added for the stencils; f64, because the numbers may be anything.
+    let side = |a: usize| ((f64::from(domain.1[a]) - f64::from(domain.0[a])) / f64::from(dx) / 4.0).ceil() + 3.0;
+    let blocks = side(0) * side(1) * side(2);
+    if blocks <= MOST_BLOCKS {
+        return Ok(());
+    }
+    let message = format!("the grid would have {blocks:.3e} blocks of 4 × 4 × 4 cells; at most {MOST_BLOCKS} fit");
+    let help = "give a smaller simulation.domain or lower simulation.grid_density";
+    Err(Problem::new(Kind::OutOfRange, "simulation.domain", message).help(help))
+}
+
 /// Counts particles before they are made, and refuses what could not be held.
 struct Crowd {
     particles: u64,
@@ -228,8 +244,8 @@ impl Crowd {
             return Ok(());
         }
         let message = format!(
-            "'{}' would have about {count} particles; the particles so far need {need} bytes and {available} bytes are \
-             available",
+            "'{}' would have about {count} particles; with those before it they need {need} bytes, and {available} \
+             bytes are available",
             object.name
         );
         Err(Problem::new(Kind::Memory, key, message).help("lower simulation.grid_density or make the object smaller"))

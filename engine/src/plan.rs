@@ -158,13 +158,12 @@ impl Plan {
             .iter()
             .rev()
             .map(|stage| {
-                let skipped = if !wanted.contains(&stage.makes) {
-                    Some(format!("nothing asked for needs it (`--output {}`)", name_of(until)))
-                } else {
-                    // `--output points` asks for points whether or not the scene does.
-                    let forced = until == Until::Points && stage.makes == Artifact::Points;
-                    (stage.idle)(scene).filter(|_| !forced).map(str::to_string)
-                };
+                // `--output points` asks for points whether or not the scene does.
+                let forced = until == Until::Points && stage.makes == Artifact::Points;
+                // What the scene has no use for is said first: no other output would change it.
+                let idle = (stage.idle)(scene).filter(|_| !forced).map(str::to_string);
+                let unwanted = || format!("nothing asked for needs it (`--output {}`)", name_of(until));
+                let skipped = idle.or_else(|| (!wanted.contains(&stage.makes)).then(unwanted));
                 if skipped.is_none() {
                     wanted.extend(stage.needs);
                 }

@@ -1,0 +1,83 @@
+//! What plan, check, schema, devices and the help say.
+
+mod cli_scene;
+
+use cli_scene::{FALL, Folder, PHOTO};
+use serde_json::Value;
+
+#[test]
+fn a_plan_says_what_runs_what_does_not_and_why() {
+    let folder = Folder::new();
+    folder.scene(FALL, &[]);
+    let said = folder.run(&["plan", "scene.toml", "--output", "frames"]);
+    said.expect(0, &[]);
+    for line in [
+        "simulate     run      MLS-MPM",
+        "surfaces     skipped  the scene has no photograph",
+        "photo        skipped  the scene has no photograph",
+        "points       skipped  `output.points` is not set",
+        "encode       skipped  nothing asked for needs it (`--output frames`)",
+    ] {
+        assert!(said.out.contains(line), "{line:?} is not in:\n{}", said.out);
+    }
+    assert!(!folder.path("out").exists(), "a plan writes nothing");
+}
+
+#[test]
+fn a_plan_predicts_what_the_run_reports() {
+    let folder = Folder::new();
+    folder.scene(FALL, &[]);
+    let plan = folder.run(&["plan", "scene.toml"]).out;
+    folder.run(&["run", "scene.toml", "--quiet"]).expect(0, &[]);
+    let report = folder.report("out/scene");
+    let number_before = |row: &str, words: &str| -> u64 {
+        let line = plan.lines().find(|l| l.starts_with(row)).unwrap_or_else(|| panic!("no {row:?} in:\n{plan}"));
+        line[..line.find(words).unwrap()].split_whitespace().last().unwrap().parse().unwrap()
+    };
+    assert_eq!(number_before("jelly", " particles"), report["particles"][0]["count"].as_u64().unwrap());
+    assert_eq!(number_before("memory", " bytes ("), report["memory"]["predicted"].as_u64().unwrap());
+    assert!(number_before("pipelines", " are compiled") >= report["pipelines"].as_array().unwrap().len() as u64);
+    // The elastic limit counts waves only; falling bodies need a few steps more, and a frame is divided evenly.
+    let (said, took) = (number_before("particles", " substeps a frame"), report["substeps"].as_u64().unwrap());
+    assert!(2 * said <= took && took <= 4 * said, "{said} a frame were said, {took} were taken in two");
+}
+
+#[test]
+fn check_counts_what_it_found_good() {
+    let folder = Folder::new();
+    folder.photo().scene(PHOTO, &[]);
+    let said = folder.run(&["check", "scene.toml"]);
+    said.expect(0, &[]);
+    assert!(said.out.starts_with("scene.toml: ok, 1 objects, "), "{}", said.out);
+}
+
+#[test]
+fn only_files_that_the_plan_needs_are_read() {
+    let folder = Folder::new();
+    // The floor is drawn and not simulated: its mesh is not there and `state` does not miss it.
+    let floor = "[[object]]\nname = 'floor'\nsource.mesh.file = 'floor.obj'\n\n[output]";
+    folder.scene(FALL, &[("[output]", floor)]);
+    folder.run(&["plan", "scene.toml", "--output", "state"]).expect(0, &[]);
+    folder.run(&["plan", "scene.toml", "--output", "frames"]).expect(2, &["floor.obj"]);
+}
+
+#[test]
+fn the_schema_is_json_and_devices_are_listed() {
+    let folder = Folder::new();
+    let schema: Value = serde_json::from_str(&folder.run(&["schema"]).out).unwrap();
+    assert_eq!(schema["title"], "physvideo scene");
+    let devices: Value = serde_json::from_str(&folder.run(&["devices", "--json"]).out).unwrap();
+    let first = &devices[0];
+    assert!(first["name"].is_string() && first["driver"].is_string() && first["memory"].as_u64() > Some(0));
+    assert!(["discrete", "integrated", "cpu", "other"].contains(&first["type"].as_str().unwrap()));
+    let lines = folder.run(&["devices"]).out;
+    assert_eq!(lines.lines().count(), devices.as_array().unwrap().len());
+    assert!(lines.contains(first["name"].as_str().unwrap()));
+}
+
+#[test]
+fn the_help_names_the_exit_codes() {
+    let said = Folder::new().run(&["--help"]);
+    said.expect(0, &[]);
+    assert!(said.out.contains("130 interrupted") && said.out.contains("--output"), "{}", said.out);
+}
