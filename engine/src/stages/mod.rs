@@ -1,4 +1,8 @@
-//! Stages: each records kernels over buffers into a recording. They do not know each other.
+//! The stages: each records kernels over buffers. A stage knows the world and the GPU, never another stage.
 
+pub mod cells;
+pub mod display;
+pub mod mpm;
+mod prestress;
 pub mod render;
 pub mod view;

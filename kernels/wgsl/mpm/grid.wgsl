@@ -47,7 +47,6 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     var v = vec3f(0.0);
     if (sum.w > 0.0) {
         v = sum.xyz / sum.w;
-        v *= exp(-clock.damping * clock.dt);
         let x = grid.origin + vec3f(block * 4u + l) * grid.dx;
         for (var i = 0u; i < colliders.count; i++) {
             v = collide(colliders.d[i], x, v, clock.frame_start + clock.t + clock.dt);

@@ -1,0 +1,295 @@
+//! Act *animate* up to the drawn frames: the world is simulated, its points are drawn over the background. Knows no
+//! files; whoever drives it decides what to keep of each frame.
+
+use physvideo_gpu::kernels::{Carrier, EdgePixel};
+use physvideo_gpu::{Buf, Gpu, GpuError, Recording};
+
+use crate::assemble::{Assembled, View};
+use crate::backdrop::{self, FillError, FillSettings};
+use crate::geometry::{self, GeometryError};
+use crate::plan::Plan;
+use crate::scene::{Scene, Source};
+use crate::stages::display::{Carry, DisplayArrays, nothing, rgba};
+use crate::stages::mpm::{FrameStats, Method, Mpm};
+use crate::stages::render::{Background, Image, PointRenderer, RenderError, RenderSettings};
+
+/// Why a clip cannot be made.
+#[derive(Debug, thiserror::Error)]
+pub enum AnimateError {
+    /// The device refused.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// Points cannot be drawn.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// The background cannot be filled.
+    #[error("the background behind the objects: {0}")]
+    Fill(#[from] FillError),
+    /// Geometry that cannot be used.
+    #[error(transparent)]
+    Geometry(#[from] GeometryError),
+}
+
+/// A clip in the making.
+pub struct Animation<'gpu> {
+    gpu: &'gpu Gpu,
+    /// The solver, when anything is simulated.
+    pub mpm: Option<Mpm<'gpu>>,
+    drawing: Option<Drawing>,
+    fps: f32,
+    frame: u32,
+}
+
+struct Drawing {
+    carry: Carry,
+    renderer: PointRenderer,
+    background: Option<Buf<u32>>,
+}
+
+impl<'gpu> Animation<'gpu> {
+    /// Uploads what the plan runs, finds the rest state, fills the background.
+    ///
+    /// # Errors
+    /// The device's refusal, or geometry that cannot be used.
+    pub fn new(
+        gpu: &'gpu Gpu,
+        scene: &Scene,
+        assembled: &Assembled,
+        plan: &Plan,
+        method: Method,
+    ) -> Result<Self, AnimateError> {
+        let mpm = if plan.runs("simulate") { Some(Mpm::new(gpu, &assembled.world, method)?) } else { None };
+        let drawing = if plan.runs("render") { Some(draw(gpu, scene, assembled, plan, mpm.as_ref())?) } else { None };
+        Ok(Self { gpu, mpm, drawing, fps: scene.output.fps, frame: 0 })
+    }
+
+    /// Advances to the next frame; the first is the start itself.
+    ///
+    /// # Errors
+    /// The device's refusal.
+    pub fn advance(&mut self) -> Result<FrameStats, AnimateError> {
+        let stats = match &mut self.mpm {
+            Some(mpm) if self.frame > 0 => mpm.frame(1.0 / self.fps)?,
+            _ => FrameStats::default(),
+        };
+        self.frame += 1;
+        Ok(stats)
+    }
+
+    /// Draws the frame as it is now; absent when the plan draws nothing.
+    ///
+    /// # Errors
+    /// The device's refusal, or more points than can be drawn.
+    pub fn draw(&mut self) -> Result<Option<Image>, AnimateError> {
+        let Some(d) = &mut self.drawing else { return Ok(None) };
+        if let Some(mpm) = &self.mpm {
+            let mut rec = Recording::new("carry");
+            d.carry.record(&mut rec, mpm.particles, mpm.deformations, d.background);
+            self.gpu.run(&rec)?;
+        }
+        Ok(Some(d.renderer.draw(self.gpu)?))
+    }
+
+    /// Positions [m], velocities [m/s] and bodies of the particles now.
+    ///
+    /// # Errors
+    /// The device's refusal.
+    #[expect(clippy::type_complexity, reason = "three parallel arrays, named in the docs")]
+    pub fn particles(&self) -> Result<(Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<u32>), AnimateError> {
+        let Some(mpm) = &self.mpm else { return Ok(Default::default()) };
+        let all = self.gpu.read(mpm.particles)?;
+        Ok((
+            all.iter().map(|p| p.x).collect(),
+            all.iter().map(|p| p.v).collect(),
+            all.iter().map(|p| p.tag & 0xff).collect(),
+        ))
+    }
+}
+
+fn draw(gpu: &Gpu, scene: &Scene, a: &Assembled, plan: &Plan, mpm: Option<&Mpm>) -> Result<Drawing, AnimateError> {
+    let mut arrays = display(scene, a)?;
+    let (background, behind) = match &a.view {
+        Some(view) if scene.camera.is_none() => {
+            let photo: Vec<u32> = view.photo.rgb.iter().map(|c| rgba(*c)).collect();
+            let mut picture = photo.clone();
+            if plan.runs("backdrop") {
+                let holes = Holes::new(scene, view)?;
+                let filled = holes.fill(view, scene.seed)?;
+                for (pixel, (moving, color)) in picture.iter_mut().zip(holes.moving.iter().zip(&filled)) {
+                    if *moving {
+                        *pixel = rgba(*color);
+                    }
+                }
+                arrays.edge = edge(view, &holes, &filled, &arrays);
+            }
+            let buf = gpu.upload("run", "background", &picture)?;
+            (Some(buf), Background::Picture(buf))
+        }
+        _ => (None, Background::Color(scene.render.background.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8))),
+    };
+    let carry = Carry::new(gpu, &arrays, a.camera, mpm.map(|m| (m.particles, m.deformations)))?;
+    let settings = RenderSettings {
+        width: a.size.0,
+        height: a.size.1,
+        per_pixel: scene.render.points_per_pixel,
+        compositing: scene.render.compositing,
+        blend_depth: scene.render.blend_depth,
+        radius_in_pixels: false,
+        depth: scene.output.exr,
+        ids: scene.output.exr,
+        background: Some(behind),
+    };
+    let renderer = PointRenderer::new(gpu, settings, carry.display)?;
+    Ok(Drawing { carry, renderer, background })
+}
+
+/// The points that are drawn: the pixels of objects seen in the photograph, the particles of all others.
+fn display(scene: &Scene, a: &Assembled) -> Result<DisplayArrays, AnimateError> {
+    let mut out = DisplayArrays::default();
+    let mut push = |x: [f32; 3], radius: f32, color: [f32; 3], object: usize, carrier: Carrier| {
+        out.points.push([x[0], x[1], x[2], radius]);
+        out.colors.push(rgba(color.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8)));
+        out.objects.push(object as u32 + 1);
+        out.carriers.push(carrier);
+    };
+    let size = scene.render.radius;
+    let mut first = 0_u32;
+    for (body, object) in a.world.bodies.iter().zip(&a.object_of) {
+        let spacing = body.particle_volume.cbrt();
+        match (&scene.objects[*object].source, &a.view) {
+            (Source::Mask { label, .. }, Some(View { photo, surfaces: Some(map), world, .. })) => {
+                let points = geometry::display_points(map, *label, &photo.rgb, world)?;
+                let carriers = geometry::attach(&points.positions, &body.positions, spacing)?;
+                for (i, c) in carriers.iter().enumerate() {
+                    let carrier = Carrier { particle: c.particle.map(|p| p + first), weight: c.weight };
+                    push(points.positions[i], size * points.spacing[i], points.colors[i], *object, carrier);
+                }
+            }
+            _ => {
+                for (i, x) in body.positions.iter().enumerate() {
+                    let own = Carrier { particle: [first + i as u32; 4], weight: [1.0, 0.0, 0.0, 0.0] };
+                    push(*x, size * spacing, a.colors[first as usize + i], *object, own);
+                }
+            }
+        }
+        first += body.positions.len() as u32;
+    }
+    for (object, still) in &a.statics {
+        for (x, color) in still.positions.iter().zip(&still.colors) {
+            push(*x, size * still.volume.cbrt(), *color, *object, nothing());
+        }
+    }
+    if let Some(View { photo, surfaces: Some(map), world, .. }) = &a.view {
+        for (index, object) in scene.objects.iter().enumerate() {
+            if let (Source::Mask { label, .. }, None) = (&object.source, object.material) {
+                let points = geometry::display_points(map, *label, &photo.rgb, world)?;
+                for (i, x) in points.positions.iter().enumerate() {
+                    push(*x, size * points.spacing[i], points.colors[i], index, nothing());
+                }
+            }
+        }
+    }
+    Ok(out)
+}
+
+/// How far beyond a mask its pixels may still hold the object's colour [px at the working size].
+const FRINGE: u32 = 4;
+/// Slits and windows in a mask narrower than twice this are filled with it; what is seen through them is too little
+/// to continue a texture from [px].
+const SLIT: u32 = 6;
+
+/// The pixels that objects in motion cover in the photograph.
+struct Holes {
+    moving: Vec<bool>,
+    still: Vec<bool>,
+    hole: Vec<bool>,
+}
+
+impl Holes {
+    fn new(scene: &Scene, view: &View) -> Result<Self, AnimateError> {
+        let (w, h) = (view.photo.width, view.photo.height);
+        let of = |moves: bool| -> Vec<bool> {
+            let labels: Vec<u8> = scene
+                .objects
+                .iter()
+                .filter(|o| o.material.is_some() == moves)
+                .filter_map(|o| if let Source::Mask { label, .. } = o.source { Some(label) } else { None })
+                .collect();
+            view.photo.labels.iter().map(|l| labels.contains(l)).collect()
+        };
+        let (moving, still) = (of(true), of(false));
+        let mut hole = backdrop::dilate(w, h, &backdrop::close(w, h, &moving, SLIT)?, FRINGE)?;
+        for (hole, still) in hole.iter_mut().zip(&still) {
+            *hole &= !still;
+        }
+        Ok(Self { moving, still, hole })
+    }
+
+    /// The photograph with the holes filled: first with what is behind everything, then, where a still object is
+    /// partly hidden, with that object.
+    fn fill(&self, view: &View, seed: u64) -> Result<Vec<[u8; 3]>, AnimateError> {
+        let (w, h) = (view.photo.width, view.photo.height);
+        let settings = FillSettings { seed, ..Default::default() };
+        let exclude = backdrop::dilate(w, h, &self.still, 3)?;
+        let filled = backdrop::fill(w, h, &view.photo.rgb, &self.hole, Some(&exclude), settings)?;
+        if !self.still.contains(&true) {
+            return Ok(filled);
+        }
+        // A still object goes on behind what hides it where its own outline closes over the gap.
+        let closed = backdrop::close(w, h, &self.still, 24)?;
+        let near = backdrop::dilate(w, h, &self.moving, 3)?;
+        let hidden: Vec<bool> =
+            (0..closed.len()).map(|i| (self.hole[i] && closed[i]) || (self.still[i] && near[i])).collect();
+        let other: Vec<bool> = self.still.iter().map(|s| !s).collect();
+        if !hidden.contains(&true) || !self.still.iter().zip(&hidden).any(|(s, h)| *s && !h) {
+            return Ok(filled);
+        }
+        Ok(backdrop::fill(w, h, &filled, &hidden, Some(&other), settings)?)
+    }
+}
+
+/// Pixels of the hole beyond the mask, each with the display point nearest to it in the picture.
+fn edge(view: &View, holes: &Holes, filled: &[[u8; 3]], arrays: &DisplayArrays) -> Vec<EdgePixel> {
+    let (w, h) = (view.photo.width as usize, view.photo.height as usize);
+    let camera = view.photo.camera();
+    let mut point_at = vec![u32::MAX; w * h];
+    for (i, x) in arrays.points.iter().enumerate() {
+        let at = camera.project(view.world.to_camera(glam::Vec3::new(x[0], x[1], x[2])));
+        if let Some(([u, v], _)) = at
+            && (0.0..w as f32).contains(&u)
+            && (0.0..h as f32).contains(&v)
+        {
+            let pixel = v as usize * w + u as usize;
+            if holes.moving[pixel] {
+                point_at[pixel] = i as u32;
+            }
+        }
+    }
+    let reach = (FRINGE + SLIT) as isize;
+    let mut out = Vec::new();
+    for pixel in (0..w * h).filter(|i| holes.hole[*i] && !holes.moving[*i]) {
+        let (x, y) = ((pixel % w) as isize, (pixel / w) as isize);
+        let mut best = (isize::MAX, u32::MAX);
+        for dy in -reach..=reach {
+            for dx in -reach..=reach {
+                let (u, v) = (x + dx, y + dy);
+                if u >= 0 && v >= 0 && (u as usize) < w && (v as usize) < h {
+                    let point = point_at[v as usize * w + u as usize];
+                    let far = dx * dx + dy * dy;
+                    if point != u32::MAX && far < best.0 {
+                        best = (far, point);
+                    }
+                }
+            }
+        }
+        if best.1 != u32::MAX {
+            out.push(EdgePixel {
+                pixel: pixel as u32,
+                point: best.1,
+                photo: rgba(view.photo.rgb[pixel]),
+                filled: rgba(filled[pixel]),
+            });
+        }
+    }
+    out
+}

@@ -1,0 +1,349 @@
+//! From a scene and its decoded files to what is simulated and drawn. Runs on the CPU once per scene; knows neither
+//! files nor devices.
+
+use std::collections::BTreeMap;
+
+use glam::Vec3;
+use physvideo_gpu::kernels::Camera;
+
+use crate::geometry::{
+    self, GeometryError, Lattice, MaskBody, Particles, PhotoData, Smoothing, SurfaceMap, TriangleMesh, WorldFromCamera,
+};
+use crate::plan::Plan;
+use crate::scene::{Depth, Kind, Object, Problem, Region, Scene, Source};
+use crate::stages::view;
+use crate::world::{self, Body, World};
+
+/// Decoded files of a scene.
+#[derive(Clone, Debug, Default)]
+pub struct Inputs {
+    /// The photograph at its full size.
+    pub photo: Option<PhotoData>,
+    /// Vertices and triangles, by index of the object.
+    pub meshes: BTreeMap<usize, (Vec<[f32; 3]>, Vec<[u32; 3]>)>,
+    /// Positions and sRGB colours 0–1, by index of the object.
+    pub points: BTreeMap<usize, (Vec<[f32; 3]>, Option<Vec<[f32; 3]>>)>,
+}
+
+/// The photograph at the working size, and what was found in it.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// The photograph.
+    pub photo: PhotoData,
+    /// Depth of the objects.
+    pub surfaces: Option<SurfaceMap>,
+    /// The world.
+    pub world: WorldFromCamera,
+    /// Height of the ground plane [m], when there is one.
+    pub ground: Option<f32>,
+}
+
+/// What a scene becomes.
+#[derive(Clone, Debug)]
+pub struct Assembled {
+    /// What is simulated.
+    pub world: World,
+    /// sRGB colours 0–1 of the particles, body after body.
+    pub colors: Vec<[f32; 3]>,
+    /// Index of each body's object in the scene.
+    pub object_of: Vec<usize>,
+    /// Objects that only occlude, by index: their points, drawn and not simulated.
+    pub statics: Vec<(usize, Particles)>,
+    /// The photograph, when there is one.
+    pub view: Option<View>,
+    /// The camera at the frames' size.
+    pub camera: Camera,
+    /// Size of the frames [px].
+    pub size: (u32, u32),
+}
+
+/// Something in the scene that cannot be built, at a key.
+fn at(key: String, message: impl ToString) -> Problem {
+    Problem::new(Kind::Conflict, key, message.to_string())
+}
+
+/// Builds what the plan needs.
+///
+/// # Errors
+/// A problem located at a key of the scene.
+pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled, Problem> {
+    let view = match &inputs.photo {
+        Some(photo) => Some(see(scene, photo, plan)?),
+        None => None,
+    };
+    let dx = 1.0 / scene.simulation.grid_density;
+    let lattice = Lattice::new(dx, scene.simulation.particles_per_cell)
+        .map_err(|e| at("simulation.particles_per_cell".into(), e))?;
+    let mut bodies = Vec::new();
+    let mut colors = Vec::new();
+    let mut object_of = Vec::new();
+    if plan.runs("bodies") {
+        for (index, object) in scene.objects.iter().enumerate() {
+            if object.material.is_none() {
+                continue;
+            }
+            let filled = fill(index, object, inputs, view.as_ref(), &lattice)?;
+            colors.extend_from_slice(&filled.colors);
+            bodies.push(body(scene, object, filled, view.as_ref())?);
+            object_of.push(index);
+        }
+    }
+    let mut statics = Vec::new();
+    for (index, object) in scene.objects.iter().enumerate() {
+        if object.material.is_none() && !matches!(object.source, Source::Mask { .. }) && plan.runs("display") {
+            statics.push((index, fill(index, object, inputs, view.as_ref(), &lattice)?));
+        }
+    }
+    let size = frame_size(scene, view.as_ref());
+    let camera = match (&scene.camera, &view) {
+        (Some(camera), _) => view::look_at(camera, size.0, size.1),
+        (None, Some(v)) => {
+            let r = v.world.rotation;
+            let p = v.photo.principal;
+            view::camera([r.x_axis, r.y_axis, r.z_axis], v.world.translation, [v.photo.focal_px; 2], p)
+        }
+        (None, None) if plan.runs("render") => {
+            return Err(at("camera".into(), "frames need a view: add [camera] with `eye` and `target`, or a [photo]"));
+        }
+        (None, None) => view::look_at(
+            &crate::scene::Camera { eye: [0.0, -1.0, 0.5], target: [0.0; 3], fov_y: 40.0 },
+            size.0,
+            size.1,
+        ),
+    };
+    let mut colliders: Vec<_> = scene.colliders.iter().map(world::collider).collect();
+    if let Some(ground) = &scene.ground {
+        let height = ground.height.or(view.as_ref().and_then(|v| v.ground)).unwrap_or(0.0);
+        colliders.insert(0, world::ground(height, ground.friction));
+    }
+    if colliders.len() > 16 || scene.fields.len() > 16 {
+        return Err(at("collider".into(), "at most 16 colliders (the ground counts) and 16 fields fit in a scene"));
+    }
+    let domain = domain(scene, &bodies, dx);
+    let world = World {
+        bodies,
+        gravity: scene.gravity,
+        fields: scene.fields.iter().map(world::field).collect(),
+        colliders,
+        domain,
+        dx,
+        courant: scene.simulation.courant,
+        force_dt: scene.simulation.force_dt,
+    };
+    Ok(Assembled { world, colors, object_of, statics, view, camera, size })
+}
+
+fn see(scene: &Scene, photo: &PhotoData, plan: &Plan) -> Result<View, Problem> {
+    let labels: Vec<u8> = scene
+        .objects
+        .iter()
+        .filter_map(|o| if let Source::Mask { label, .. } = o.source { Some(label) } else { None })
+        .collect();
+    let up = scene.photo.as_ref().and_then(|p| p.up).map(Vec3::from);
+    let geometric = |e: GeometryError| at("photo".into(), e);
+    // The ground is sought at full size: it costs little and has more points there.
+    let (world, ground) = match &scene.ground {
+        Some(g) if g.height.is_none() && plan.runs("world") => {
+            let plane = geometry::find_ground(photo, &labels, up, scene.seed).map_err(|e| at("ground".into(), e))?;
+            (WorldFromCamera::new(plane.normal, plane.height).map_err(geometric)?, Some(0.0))
+        }
+        other => {
+            let image_up = Vec3::new(0.0, -1.0, 0.0);
+            let world = WorldFromCamera::new(up.unwrap_or(image_up), 0.0).map_err(|e| at("photo.up".into(), e))?;
+            (world, other.as_ref().and_then(|g| g.height))
+        }
+    };
+    let width = if plan.runs("render") || plan.runs("surfaces") { scene.output.width } else { photo.width };
+    let small = photo.resample(width).map_err(geometric)?;
+    let surfaces = if plan.runs("surfaces") {
+        let smoothing = match scene.photo.as_ref().map(|p| &p.depth) {
+            Some(Depth::Disparity { baseline, scale, .. }) => {
+                Smoothing::integer_disparity(photo.focal_px, *baseline, *scale)
+            }
+            _ => Smoothing::continuous(),
+        };
+        Some(geometry::smooth(&small, &labels, &smoothing).map_err(geometric)?)
+    } else {
+        None
+    };
+    Ok(View { photo: small, surfaces, world, ground })
+}
+
+fn frame_size(scene: &Scene, view: Option<&View>) -> (u32, u32) {
+    match view {
+        Some(v) if scene.camera.is_none() => (v.photo.width, v.photo.height),
+        _ => {
+            let height = scene.output.height.unwrap_or((scene.output.width * 9 / 16).max(2));
+            (scene.output.width, height.next_multiple_of(2))
+        }
+    }
+}
+
+/// Refuses what no device could hold, before it is made.
+const MOST_PARTICLES: u64 = 1 << 28;
+
+fn refuse_crowd(key: &str, object: &Object, count: u64) -> Result<(), Problem> {
+    if count <= MOST_PARTICLES {
+        return Ok(());
+    }
+    let bytes = count.saturating_mul(400);
+    Err(at(
+        key.into(),
+        format!(
+            "object '{}' would have {count} particles, which need about {bytes} bytes; a run holds at most {MOST_PARTICLES} ({} bytes). Lower simulation.grid_density or make the object smaller",
+            object.name,
+            MOST_PARTICLES * 400
+        ),
+    ))
+}
+
+fn fill(
+    index: usize,
+    object: &Object,
+    inputs: &Inputs,
+    view: Option<&View>,
+    lattice: &Lattice,
+) -> Result<Particles, Problem> {
+    let key = format!("object[{index}].source");
+    let fail = |e: GeometryError| at(key.clone(), e);
+    let crowd = |volume: f64| refuse_crowd(&key, object, lattice.predict_count(volume));
+    match &object.source {
+        Source::Box { min, max } => {
+            crowd((0..3).map(|a| f64::from(max[a]) - f64::from(min[a])).product())?;
+            lattice.fill_box(&object.name, *min, *max, object.color).map_err(fail)
+        }
+        Source::Ball { center, radius } => {
+            crowd(4.19 * f64::from(*radius).powi(3))?;
+            lattice.fill_ball(&object.name, *center, *radius, object.color).map_err(fail)
+        }
+        Source::Mesh { scale, yaw, position, .. } => {
+            let Some((vertices, triangles)) = inputs.meshes.get(&index) else {
+                return Err(at(key.clone(), "its mesh was not read"));
+            };
+            let turn = glam::Quat::from_rotation_z(yaw.to_radians());
+            let placed: Vec<[f32; 3]> = vertices
+                .iter()
+                .map(|v| (turn * (Vec3::from(*v) * *scale) + Vec3::from(*position)).to_array())
+                .collect();
+            let mesh = TriangleMesh::new(&placed, triangles).map_err(fail)?;
+            crowd(mesh.volume())?;
+            lattice.fill_mesh(&object.name, &mesh, object.color).map_err(fail)
+        }
+        Source::Points { scale, position, .. } => {
+            let Some((points, colors)) = inputs.points.get(&index) else {
+                return Err(at(key.clone(), "its points were not read"));
+            };
+            let positions: Vec<_> =
+                points.iter().map(|p| std::array::from_fn(|a| p[a] * scale + position[a])).collect();
+            let colors = colors.clone().unwrap_or_else(|| vec![object.color; positions.len()]);
+            Ok(Particles { positions, volume: lattice.spacing.powi(3), colors })
+        }
+        Source::Mask { label, thickness } => {
+            let Some(View { photo, surfaces: Some(map), world, .. }) = view else {
+                return Err(at(key.clone(), "a mask needs [photo]"));
+            };
+            let thick = geometry::thickness(map, *label, *thickness);
+            let body = MaskBody::new(map, *label, &thick, &photo.rgb, world).map_err(fail)?;
+            crowd(body.volume())?;
+            lattice.fill_mask(&object.name, &body).map_err(fail)
+        }
+    }
+}
+
+fn body(scene: &Scene, object: &Object, filled: Particles, view: Option<&View>) -> Result<Body, Problem> {
+    let n = filled.positions.len().max(1) as f32;
+    let center = filled.positions.iter().fold(Vec3::ZERO, |s, p| s + Vec3::from(*p)) / n;
+    let spin = Vec3::from(object.angular_velocity);
+    let velocities = filled
+        .positions
+        .iter()
+        .map(|p| (Vec3::from(object.velocity) + spin.cross(Vec3::from(*p) - center)).to_array())
+        .collect();
+    let mut pinned = vec![false; filled.positions.len()];
+    for region in &object.pins {
+        pin(scene, region, view, &filled.positions, &mut pinned)?;
+    }
+    let material = object.material.ok_or_else(|| at("object".into(), "an object without material is not simulated"))?;
+    let mut fields = 0;
+    for (i, field) in scene.fields.iter().enumerate() {
+        if field.objects.as_ref().is_none_or(|names| names.contains(&object.name)) {
+            fields |= 1 << i;
+        }
+    }
+    Ok(Body {
+        name: object.name.clone(),
+        material,
+        density: object.density,
+        particle_volume: filled.volume,
+        positions: filled.positions,
+        velocities,
+        pinned,
+        prestress: object.prestressed(),
+        fields,
+    })
+}
+
+fn pin(
+    scene: &Scene,
+    region: &Region,
+    view: Option<&View>,
+    positions: &[[f32; 3]],
+    pinned: &mut [bool],
+) -> Result<(), Problem> {
+    let mut hold = |inside: &dyn Fn(Vec3) -> bool| {
+        for (flag, x) in pinned.iter_mut().zip(positions) {
+            *flag |= inside(Vec3::from(*x));
+        }
+    };
+    match region {
+        Region::Box { min, max } => {
+            hold(&|x| x.cmpge(Vec3::from(*min)).all() && x.cmple(Vec3::from(*max)).all());
+        }
+        Region::Ball { center, radius } => hold(&|x| x.distance(Vec3::from(*center)) <= *radius),
+        Region::Pixels { min, max } => {
+            let Some(v) = view else { return Err(at("object".into(), "a pin of `pixels` needs [photo]")) };
+            // The rectangle is given at the photograph's full size; the principal point tells the scale.
+            let scale = scene.photo.as_ref().map_or(1.0, |p| v.photo.focal_px / p.focal_px);
+            let camera = v.photo.camera();
+            hold(&|x| {
+                camera
+                    .project(v.world.to_camera(x))
+                    .is_some_and(|(p, _)| (0..2).all(|a| p[a] >= min[a] * scale && p[a] <= max[a] * scale))
+            });
+        }
+        Region::Near { object, distance } => {
+            let label = scene
+                .objects
+                .iter()
+                .find(|o| &o.name == object)
+                .and_then(|o| if let Source::Mask { label, .. } = o.source { Some(label) } else { None });
+            let (Some(label), Some(View { photo, surfaces: Some(map), world, .. })) = (label, view) else {
+                return Err(at(
+                    "object".into(),
+                    format!("a pin `near` needs '{object}' to be a mask of the photograph"),
+                ));
+            };
+            let points = geometry::display_points(map, label, &photo.rgb, world).map_err(|e| at("object".into(), e))?;
+            let near: Vec<Vec3> = points.positions.iter().map(|p| Vec3::from(*p)).collect();
+            hold(&|x| near.iter().any(|p| p.distance_squared(x) <= distance * distance));
+        }
+    }
+    Ok(())
+}
+
+/// The grid's space: the scene's, else the bodies' box doubled, down to the ground.
+fn domain(scene: &Scene, bodies: &[Body], dx: f32) -> ([f32; 3], [f32; 3]) {
+    if let Some(d) = scene.simulation.domain {
+        return (d.min, d.max);
+    }
+    let (mut low, mut high) = (Vec3::splat(f32::MAX), Vec3::splat(f32::MIN));
+    for x in bodies.iter().flat_map(|b| &b.positions) {
+        low = low.min(Vec3::from(*x));
+        high = high.max(Vec3::from(*x));
+    }
+    if low.x > high.x {
+        return ([0.0; 3], [dx; 3]);
+    }
+    let margin = 0.5 * (high - low).max(Vec3::splat(0.25));
+    ((low - margin).to_array(), (high + margin).to_array())
+}

@@ -1,0 +1,176 @@
+//! Rules that join several keys of a scene: names, labels, boxes, times, what needs a photograph. Sees typed data only.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::errors::{Kind, Problem};
+use super::structure::{nearest, suggest};
+use super::{Field, FieldRegion, Object, Region, Scene, Shape, Source, Thickness};
+
+/// Every broken rule, at its key path.
+pub(super) fn check(scene: &Scene) -> Vec<Problem> {
+    let mut rules = Rules { scene, found: Vec::new() };
+    rules.views();
+    rules.names();
+    for (index, object) in scene.objects.iter().enumerate() {
+        rules.object(&format!("object[{index}]"), object);
+    }
+    for (index, collider) in scene.colliders.iter().enumerate() {
+        let key = format!("collider[{index}]");
+        rules.shape(&format!("{key}.shape"), &collider.shape);
+        rules.times(&key, collider.start, collider.end);
+    }
+    for (index, field) in scene.fields.iter().enumerate() {
+        rules.field(&format!("field[{index}]"), field);
+    }
+    rules.found
+}
+
+struct Rules<'a> {
+    scene: &'a Scene,
+    found: Vec<Problem>,
+}
+
+impl Rules<'_> {
+    fn report(&mut self, kind: Kind, key: impl Into<String>, message: impl Into<String>, help: impl Into<String>) {
+        self.found.push(Problem::new(kind, key, message).help(help));
+    }
+
+    fn views(&mut self) {
+        if let Some(up) = self.scene.photo.as_ref().and_then(|photo| photo.up) {
+            self.direction("photo.up", up);
+        }
+        if let Some(camera) = &self.scene.camera
+            && camera.eye == camera.target
+        {
+            self.report(
+                Kind::OutOfRange,
+                "camera.target",
+                "the same point as `eye`: the view has no direction",
+                "give a point in front of the camera",
+            );
+        }
+        if let Some(domain) = &self.scene.simulation.domain {
+            self.ordered("simulation.domain", &domain.min, &domain.max);
+        }
+    }
+
+    fn names(&mut self) {
+        let mut names = BTreeMap::new();
+        let mut labels = BTreeMap::new();
+        for (index, object) in self.scene.objects.iter().enumerate() {
+            if let Some(first) = names.insert(object.name.as_str(), index).filter(|_| !object.name.trim().is_empty()) {
+                let message = format!("`{}` is already the name of object[{first}]", object.name);
+                self.report(Kind::Duplicate, format!("object[{index}].name"), message, "give each object its own name");
+            }
+            if let Source::Mask { label, .. } = object.source
+                && let Some(first) = labels.insert(label, index)
+            {
+                let message = format!("label {label} is already object[{first}]");
+                let help = "each label of the label image is one object";
+                self.report(Kind::Duplicate, format!("object[{index}].source.mask.label"), message, help);
+            }
+        }
+    }
+
+    fn object(&mut self, key: &str, object: &Object) {
+        match &object.source {
+            Source::Mask { thickness, .. } => {
+                if self.scene.photo.is_none() {
+                    let message = "a mask needs a photograph and the scene has none";
+                    let help = "add [photo] with image, labels, depth and focal_px, or use mesh, points, box or ball";
+                    self.report(Kind::Conflict, format!("{key}.source.mask"), message, help);
+                }
+                if let Thickness::Inflate { min, max, .. } = *thickness
+                    && min > max
+                {
+                    let message = format!("min {min} is above max {max}");
+                    let key = format!("{key}.source.mask.thickness.inflate.min");
+                    self.report(Kind::OutOfRange, key, message, "give min ≤ max");
+                }
+            }
+            Source::Box { min, max } => self.ordered(&format!("{key}.source.box"), min, max),
+            Source::Mesh { .. } | Source::Points { .. } | Source::Ball { .. } => {}
+        }
+        for (index, pin) in object.pins.iter().enumerate() {
+            let key = format!("{key}.pins[{index}]");
+            match pin {
+                Region::Box { min, max } => self.ordered(&format!("{key}.box"), min, max),
+                Region::Ball { .. } => {}
+                Region::Pixels { min, max } => {
+                    if self.scene.photo.is_none() {
+                        let message = "a rectangle of pixels needs a photograph and the scene has none";
+                        self.report(
+                            Kind::Conflict,
+                            format!("{key}.pixels"),
+                            message,
+                            "add [photo], or use box or ball",
+                        );
+                    }
+                    self.ordered(&format!("{key}.pixels"), min, max);
+                }
+                Region::Near { object: other, .. } if *other == object.name => {
+                    let message = format!("`{other}` is the object itself, so all of it would be held");
+                    self.report(Kind::Conflict, format!("{key}.near.object"), message, "name another object");
+                }
+                Region::Near { object: other, .. } => self.known(&format!("{key}.near.object"), other),
+            }
+        }
+    }
+
+    fn shape(&mut self, key: &str, shape: &Shape) {
+        match shape {
+            Shape::Plane { normal, .. } => self.direction(&format!("{key}.plane.normal"), *normal),
+            Shape::Box { half, .. } => self.sizes(&format!("{key}.box.half"), half),
+            Shape::Room { half, .. } => self.sizes(&format!("{key}.room.half"), half),
+            Shape::Ball { .. } => {}
+        }
+    }
+
+    fn field(&mut self, key: &str, field: &Field) {
+        self.times(key, field.start, field.end);
+        if let Some(FieldRegion::Box { min, max }) = &field.region {
+            self.ordered(&format!("{key}.region.box"), min, max);
+        }
+        for (index, name) in field.objects.iter().flatten().enumerate() {
+            self.known(&format!("{key}.objects[{index}]"), name);
+        }
+    }
+
+    fn known(&mut self, key: &str, name: &str) {
+        let names: BTreeSet<&str> = self.scene.objects.iter().map(|object| object.name.as_str()).collect();
+        let names = Vec::from_iter(names);
+        if !names.contains(&name) {
+            let help = suggest(nearest(name, &names), &names, "the objects");
+            self.report(Kind::UnknownObject, key, format!("no object is named `{name}`"), help);
+        }
+    }
+
+    fn times(&mut self, key: &str, start: f32, end: f32) {
+        if start >= end {
+            let message = format!("end {end} is not after start {start}");
+            self.report(Kind::OutOfRange, format!("{key}.end"), message, "give end > start [s]");
+        }
+    }
+
+    fn ordered(&mut self, key: &str, min: &[f32], max: &[f32]) {
+        let axes = ["x", "y", "z"].into_iter().zip(min.iter().zip(max));
+        if let Some((axis, (min, max))) = axes.into_iter().find(|(_, (min, max))| min >= max) {
+            let message = format!("the box is empty along {axis}: min {min}, max {max}");
+            self.report(Kind::OutOfRange, format!("{key}.min"), message, "give min < max along every axis");
+        }
+    }
+
+    fn sizes(&mut self, key: &str, half: &[f32; 3]) {
+        if let Some(size) = half.iter().find(|size| **size <= 0.0) {
+            let message = format!("{size} is out of range, it must be above 0");
+            self.report(Kind::OutOfRange, key, message, "half of the size along each axis [m]");
+        }
+    }
+
+    fn direction(&mut self, key: &str, direction: [f32; 3]) {
+        // Too short to be normalised in f32 counts as zero: its square underflows.
+        if direction.iter().map(|axis| axis * axis).sum::<f32>() < f32::MIN_POSITIVE {
+            self.report(Kind::OutOfRange, key, "has no length, so no direction", "give any vector but zero");
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! The active blocks of the grid and the particles' order in them, rebuilt every substep by a counting sort.
+//! Shared by every solver that needs to know who is near.
+
+use physvideo_gpu::kernels::{self, Clock, Grid, Live, Particle, cells};
+use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Recording};
+
+/// Buffers of the sort.
+#[derive(Clone, Copy, Debug)]
+pub struct Cells {
+    /// The grid's place and size.
+    pub grid: Buf<Grid>,
+    /// Slot + 1 of each block, 0 where it is not active.
+    pub table: Buf<u32>,
+    /// Block of each slot.
+    pub list: Buf<u32>,
+    /// Particles in each cell of each slot.
+    pub counts: Buf<u32>,
+    /// First place of each cell in the order.
+    pub starts: Buf<u32>,
+    /// Cell of each particle.
+    pub keys: Buf<u32>,
+    /// Place of each particle within its cell.
+    pub ranks: Buf<u32>,
+    /// Particles by block, then by cell.
+    pub order: Buf<u32>,
+    /// Counters, at the same time sizes of indirect dispatches.
+    pub live: Buf<Live>,
+    /// Slots there is room for.
+    pub capacity: u32,
+}
+
+/// Byte offset of the workgroup count over particle blocks in `Live`.
+pub const BLOCK_GROUPS: u64 = std::mem::offset_of!(Live, blocks) as u64;
+/// Byte offset of the workgroup count over node blocks in `Live`.
+pub const NODE_GROUPS: u64 = std::mem::offset_of!(Live, nodes) as u64;
+/// Byte offset of the workgroup count over particles in `Clock`.
+pub const PARTICLE_GROUPS: u64 = std::mem::offset_of!(Clock, particle_groups) as u64;
+
+/// A grid of cells of size `dx` that covers `domain` with the margin its particles' stencils need.
+pub fn grid(domain: ([f32; 3], [f32; 3]), dx: f32) -> Grid {
+    let mut grid = Grid { dx, ..Default::default() };
+    for axis in 0..3 {
+        // Nodes at whole multiples of dx, so that a plane z = 0 is a plane of nodes.
+        let low = (domain.0[axis] / dx).floor() - 4.0;
+        let cells = (domain.1[axis] / dx).ceil() - low + 4.0;
+        grid.origin[axis] = low * dx;
+        grid.blocks[axis] = (cells / 4.0).ceil().max(2.0) as u32;
+    }
+    grid
+}
+
+impl Cells {
+    /// Bytes that [`Cells::new`] allocates for `particles`.
+    pub fn bytes(grid: &Grid, particles: u64, capacity: u32) -> u64 {
+        4 * (grid.blocks.iter().map(|b| u64::from(*b)).product::<u64>() + 129 * u64::from(capacity) + 3 * particles)
+    }
+
+    /// Buffers for `particles` with room for `capacity` blocks.
+    ///
+    /// # Errors
+    /// The device's refusal of a buffer.
+    pub fn new(gpu: &Gpu, mut grid: Grid, particles: u64, capacity: u32) -> Result<Self, GpuError> {
+        grid.capacity = capacity;
+        let dense = grid.blocks.iter().map(|b| u64::from(*b)).product::<u64>();
+        let slots = u64::from(capacity);
+        Ok(Self {
+            grid: gpu.upload("run", "cells/grid", &[grid])?,
+            table: gpu.alloc("run", "cells/table", dense)?,
+            list: gpu.alloc("run", "cells/list", slots)?,
+            counts: gpu.alloc("run", "cells/counts", 64 * slots)?,
+            starts: gpu.alloc("run", "cells/starts", 64 * slots)?,
+            keys: gpu.alloc("run", "cells/keys", particles)?,
+            ranks: gpu.alloc("run", "cells/ranks", particles)?,
+            order: gpu.alloc("run", "cells/order", particles)?,
+            live: gpu.alloc("run", "cells/live", 1)?,
+            capacity,
+        })
+    }
+
+    /// Workgroups over the blocks that hold particles.
+    pub fn block_groups(&self) -> Groups {
+        Groups::Indirect(self.live.erase(), BLOCK_GROUPS)
+    }
+
+    /// Workgroups over the blocks that hold nodes.
+    pub fn node_groups(&self) -> Groups {
+        Groups::Indirect(self.live.erase(), NODE_GROUPS)
+    }
+
+    /// Forgets the last substep's blocks; comes before the counters are reset.
+    pub fn record_clear(&self, rec: &mut Recording, constants: &Constants) {
+        let clear = cells::Clear { list: self.list, table: self.table, counts: self.counts, grid: self.grid };
+        rec.call(&clear, constants, self.node_groups());
+    }
+
+    /// Sorts the particles into blocks and cells.
+    pub fn record_sort(&self, rec: &mut Recording, constants: &Constants, particles: Buf<Particle>, clock: Buf<Clock>) {
+        let groups = Groups::Indirect(clock.erase(), PARTICLE_GROUPS);
+        let Self { grid, table, list, counts, starts, keys, ranks, order, live, .. } = *self;
+        rec.call(&cells::Locate { particles, keys, table, list, live, grid, clock }, constants, groups);
+        rec.call(&cells::Count { keys, table, counts, ranks, clock, grid }, constants, groups);
+        rec.call(&cells::Range { counts, starts, table, list, live, grid }, constants, self.block_groups());
+        rec.call(&cells::Place { keys, table, starts, ranks, order, clock, grid }, constants, groups);
+    }
+}
+
+/// Number of blocks of a grid that a set of points touches, on the host.
+pub fn blocks_touched(grid: &Grid, positions: impl Iterator<Item = [f32; 3]>) -> u64 {
+    let mut blocks = std::collections::HashSet::new();
+    for x in positions {
+        let block: [i32; 3] =
+            std::array::from_fn(|a| (((x[a] - grid.origin[a]) / grid.dx - 0.5).floor() / 4.0).floor() as i32);
+        blocks.insert(block);
+    }
+    blocks.len() as u64
+}
+
+pub use kernels::Live as Counters;

@@ -1,0 +1,147 @@
+//! What is simulated, ready for the solvers: particles, bodies, fields, obstacles, grid. The solvers meet here and
+//! never import each other. Knows nothing of files or of Vulkan.
+
+use physvideo_gpu::kernels;
+
+use crate::scene::{Collider, Field, FieldRegion, Force, Material, Shape};
+
+/// Everything a run simulates.
+#[derive(Clone, Debug)]
+pub struct World {
+    /// The bodies, in the order of their tags.
+    pub bodies: Vec<Body>,
+    /// Gravity [m/s²].
+    pub gravity: [f32; 3],
+    /// Force fields (at most 16).
+    pub fields: Vec<kernels::Field>,
+    /// Obstacles (at most 16).
+    pub colliders: Vec<kernels::Collider>,
+    /// Corners of the space the grid covers [m].
+    pub domain: ([f32; 3], [f32; 3]),
+    /// Cell size [m].
+    pub dx: f32,
+    /// Courant number of the elastic limit.
+    pub courant: f32,
+    /// A fixed substep [s].
+    pub force_dt: Option<f32>,
+}
+
+/// A simulated body.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// Its name in the scene.
+    pub name: String,
+    /// Material.
+    pub material: Material,
+    /// Density at rest [kg/m³].
+    pub density: f32,
+    /// Positions at the start [m].
+    pub positions: Vec<[f32; 3]>,
+    /// Volume of each particle at rest [m³].
+    pub particle_volume: f32,
+    /// Velocities at the start [m/s], one for each particle.
+    pub velocities: Vec<[f32; 3]>,
+    /// Particles that are held.
+    pub pinned: Vec<bool>,
+    /// Starts at rest under gravity.
+    pub prestress: bool,
+    /// Bit i: field i acts on it.
+    pub fields: u32,
+}
+
+/// Lamé parameters [Pa] from Young's modulus and Poisson's ratio.
+pub fn lame(young: f32, poisson: f32) -> (f32, f32) {
+    let (e, nu) = (f64::from(young), f64::from(poisson));
+    ((e / (2.0 * (1.0 + nu))) as f32, (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))) as f32)
+}
+
+impl Body {
+    /// Kind, μ and λ of its material for the kernels.
+    pub fn constants(&self) -> kernels::Body {
+        let (material, young, poisson) = match self.material {
+            Material::Elastic { young, poisson } => (1, young, poisson),
+            Material::NeoHookean { young, poisson } => (2, young, poisson),
+        };
+        let (mu, lambda) = lame(young, poisson);
+        kernels::Body { material, fields: self.fields, mu, lambda }
+    }
+
+    /// Speed of the fastest elastic wave, c = sqrt((λ + 2μ)/ρ) [m/s].
+    pub fn wave_speed(&self) -> f32 {
+        let b = self.constants();
+        ((b.lambda + 2.0 * b.mu) / self.density).sqrt()
+    }
+}
+
+fn vec4(v: [f32; 3]) -> [f32; 4] {
+    [v[0], v[1], v[2], 0.0]
+}
+
+/// A field of the scene as the kernels see it.
+pub fn field(field: &Field) -> kernels::Field {
+    let mut out = kernels::Field { start: field.start, end: field.end, ramp: field.ramp, ..Default::default() };
+    match field.force {
+        Force::Uniform { acceleration } => {
+            out.kind = 1;
+            out.a = vec4(acceleration);
+        }
+        Force::Wind { velocity, drag, gust, frequency } => {
+            out.kind = 2;
+            out.a = vec4(velocity);
+            (out.p0, out.p1, out.p2) = (drag, gust, frequency);
+        }
+        Force::Point { center, radius, acceleration } => {
+            out.kind = 3;
+            out.a = vec4(acceleration);
+            out.b = vec4(center);
+            out.p0 = radius;
+        }
+    }
+    match field.region {
+        None => {}
+        Some(FieldRegion::Box { min, max }) => {
+            (out.region, out.region_min, out.region_max) = (1, vec4(min), vec4(max));
+        }
+        Some(FieldRegion::Ball { center, radius }) => {
+            (out.region, out.region_min, out.region_max) = (2, vec4(center), [radius, 0.0, 0.0, 0.0]);
+        }
+    }
+    out
+}
+
+/// An obstacle of the scene as the kernels see it.
+pub fn collider(c: &Collider) -> kernels::Collider {
+    let (shape, center, size) = match c.shape {
+        Shape::Plane { point, normal } => {
+            let n = glam::Vec3::from(normal).normalize_or(glam::Vec3::Z);
+            (1, point, n.to_array())
+        }
+        Shape::Ball { center, radius } => (2, center, [radius, 0.0, 0.0]),
+        Shape::Box { center, half } => (3, center, half),
+        Shape::Room { center, half } => (4, center, half),
+    };
+    kernels::Collider {
+        shape,
+        sticky: u32::from(c.sticky),
+        friction: c.friction,
+        start: c.start,
+        end: c.end,
+        center: vec4(center),
+        size: vec4(size),
+        velocity: vec4(c.velocity),
+        spin: vec4(c.angular_velocity),
+        ..Default::default()
+    }
+}
+
+/// The ground plane as an obstacle.
+pub fn ground(height: f32, friction: f32) -> kernels::Collider {
+    kernels::Collider {
+        shape: 1,
+        friction,
+        end: 1e9,
+        center: [0.0, 0.0, height, 0.0],
+        size: [0.0, 0.0, 1.0, 0.0],
+        ..Default::default()
+    }
+}

@@ -1,0 +1,78 @@
+//! use lib/scatter
+// Particles to grid with integer atomics in workgroup memory: a lane a particle, sums in fixed point, so that their
+// order does not matter and no float atomics are needed. One workgroup a block.
+
+struct Particles { d: array<Particle> }
+struct Bodies { d: array<Body> }
+struct Words { d: array<u32> }
+struct Tiles { d: array<vec4f> }
+@group(0) @binding(0) var<storage, read> particles: Particles;
+@group(0) @binding(1) var<storage, read> bodies: Bodies;
+@group(0) @binding(2) var<storage, read> order: Words;
+@group(0) @binding(3) var<storage, read> starts: Words;
+@group(0) @binding(4) var<storage, read> counts: Words;
+@group(0) @binding(5) var<storage, read_write> tiles: Tiles;
+@group(0) @binding(6) var<storage, read> grid: Grid;
+@group(0) @binding(7) var<storage, read> clock: Clock;
+@group(0) @binding(8) var<storage, read> forces: Forces;
+
+// Momentum and mass of a node in units of a block's largest share, 2^20 steps each; 512 shares fit an i32 with room.
+const STEPS: f32 = 1048576.0;
+
+var<workgroup> tile: array<atomic<i32>, 864>;
+var<workgroup> scale_bits: atomic<u32>;
+var<workgroup> mass_bits: atomic<u32>;
+
+fn add(i: u32, x: vec4f) {
+    // Rounded, not truncated: truncation would drain momentum.
+    let n = vec4i(round(x));
+    atomicAdd(&tile[4u * i], n.x);
+    atomicAdd(&tile[4u * i + 1u], n.y);
+    atomicAdd(&tile[4u * i + 2u], n.z);
+    atomicAdd(&tile[4u * i + 3u], n.w);
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let slot = group.x;
+    if (slot >= grid.capacity) { return; }
+    for (var i = lane; i < 4u * TILE; i += 64u) { atomicStore(&tile[i], 0); }
+    let first = starts.d[slot * 64u];
+    let last = starts.d[slot * 64u + 63u] + counts.d[slot * 64u + 63u];
+    let time = clock.frame_start + clock.t;
+    // The block's largest momentum and mass set the units; maxima do not depend on order either.
+    var top = 0.0;
+    var heavy = 0.0;
+    for (var i = first + lane; i < last; i += 64u) {
+        let p = particles.d[order.d[i]];
+        let a = body_acceleration(p, bodies.d[p.tag & BODY_MASK], time, clock.load);
+        let s = scatter(p, a, grid, clock.dt);
+        let reach = abs(s.q) + 2.0 * (abs(s.ax) + abs(s.ay) + abs(s.az)) + (clock.dt / grid.dx) * (abs(s.sx) + abs(s.sy) + abs(s.sz));
+        top = max(top, max(reach.x, max(reach.y, reach.z)));
+        heavy = max(heavy, s.m);
+    }
+    atomicMax(&scale_bits, bitcast<u32>(top));
+    atomicMax(&mass_bits, bitcast<u32>(heavy));
+    workgroupBarrier();
+    // A block holds any number of particles; more than 1,500 at one node would overflow, so crowds get coarser steps.
+    let steps = STEPS * min(1.0, 1024.0 / f32(max(last - first, 1u)));
+    let unit = max(bitcast<f32>(atomicLoad(&scale_bits)), 1e-30);
+    let weight = max(bitcast<f32>(atomicLoad(&mass_bits)), 1e-30);
+    let to_steps = vec4f(vec3f(steps / unit), steps / weight);
+    for (var i = first + lane; i < last; i += 64u) {
+        let p = particles.d[order.d[i]];
+        let a = body_acceleration(p, bodies.d[p.tag & BODY_MASK], time, clock.load);
+        let s = scatter(p, a, grid, clock.dt);
+        let local = vec3u(base_node(grid, p.x)) & vec3u(3u);
+        let at = local.z * 36u + local.y * 6u + local.x;
+        for (var n = 0u; n < 27u; n++) {
+            let o = vec3u(n % 3u, (n / 3u) % 3u, n / 9u);
+            add(at + o.z * 36u + o.y * 6u + o.x, to_steps * share(s, o.x, o.y, o.z));
+        }
+    }
+    workgroupBarrier();
+    for (var i = lane; i < TILE; i += 64u) {
+        let n = vec4f(vec4i(atomicLoad(&tile[4u * i]), atomicLoad(&tile[4u * i + 1u]), atomicLoad(&tile[4u * i + 2u]), atomicLoad(&tile[4u * i + 3u])));
+        tiles.d[slot * TILE + i] = n / to_steps;
+    }
+}

@@ -1,0 +1,72 @@
+//! use lib/scatter
+// Particles to grid with native float atomics: a lane a particle; neighbouring lanes of one cell are summed by
+// subgroup shuffles first, so that a cell's particles cost one atomic a node and subgroup. Bits depend on order.
+
+struct Particles { d: array<Particle> }
+struct Bodies { d: array<Body> }
+struct Words { d: array<u32> }
+struct Tiles { d: array<atomic<f32>> }
+@group(0) @binding(0) var<storage, read> particles: Particles;
+@group(0) @binding(1) var<storage, read> bodies: Bodies;
+@group(0) @binding(2) var<storage, read> order: Words;
+@group(0) @binding(3) var<storage, read> starts: Words;
+@group(0) @binding(4) var<storage, read> counts: Words;
+@group(0) @binding(5) var<storage, read_write> tiles: Tiles;
+@group(0) @binding(6) var<storage, read> grid: Grid;
+@group(0) @binding(7) var<storage, read> clock: Clock;
+@group(0) @binding(8) var<storage, read> forces: Forces;
+
+// Sums x over the run of lanes with the same cell that ends in each lane (a segmented scan, Hillis & Steele 1986).
+fn run_sum(x: vec4f, run: u32, lanes: u32) -> vec4f {
+    var sum = x;
+    for (var step = 1u; step < lanes; step <<= 1u) {
+        let other = subgroupShuffleUp(sum, step);
+        if (step <= run) { sum += other; }
+    }
+    return sum;
+}
+
+@compute @workgroup_size(64)
+fn main(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+    @builtin(subgroup_size) lanes: u32,
+    @builtin(subgroup_invocation_id) me: u32,
+) {
+    let slot = group.x;
+    if (slot >= grid.capacity) { return; }
+    for (var i = lane; i < 4u * TILE; i += 64u) { atomicStore(&tiles.d[slot * 4u * TILE + i], 0.0); }
+    storageBarrier();
+    let first = starts.d[slot * 64u];
+    let last = starts.d[slot * 64u + 63u] + counts.d[slot * 64u + 63u];
+    let time = clock.frame_start + clock.t;
+    for (var round = first; round < last; round += 64u) {
+        let i = round + lane;
+        let here = i < last;
+        let p = particles.d[order.d[min(i, last - 1u)]];
+        let a = body_acceleration(p, bodies.d[p.tag & BODY_MASK], time, clock.load);
+        let s = scatter(p, a, grid, clock.dt);
+        let local = vec3u(base_node(grid, p.x)) & vec3u(3u);
+        var cell = local.z * 36u + local.y * 6u + local.x;
+        if (!here) { cell = TILE; }
+        // How many lanes before this one hold particles of the same cell: particles come sorted by cell.
+        var run = 0u;
+        for (var step = 1u; step < lanes; step++) {
+            let other = subgroupShuffleUp(cell, step);
+            if (me >= step && other == cell && run == step - 1u) { run = step; }
+        }
+        let after = subgroupShuffleDown(cell, 1u);
+        let ends = here && (me == lanes - 1u || after != cell);
+        for (var n = 0u; n < 27u; n++) {
+            let o = vec3u(n % 3u, (n / 3u) % 3u, n / 9u);
+            let sum = run_sum(select(vec4f(0.0), share(s, o.x, o.y, o.z), here), run, lanes);
+            if (ends) {
+                let at = 4u * (slot * TILE + cell + o.z * 36u + o.y * 6u + o.x);
+                atomicAdd(&tiles.d[at], sum.x);
+                atomicAdd(&tiles.d[at + 1u], sum.y);
+                atomicAdd(&tiles.d[at + 2u], sum.z);
+                atomicAdd(&tiles.d[at + 3u], sum.w);
+            }
+        }
+    }
+}
