@@ -306,7 +306,10 @@ fn body(scene: &Scene, index: usize, object: &Object, filled: Particles, view: O
     if object.prestress == Some(true) && object.pins.is_empty() {
         return Err(at(
             format!("object[{index}].prestress"),
-            format!("nothing holds '{}': only a body with `pins` can start at rest under gravity; one without settles by itself", object.name),
+            format!(
+                "nothing holds '{}': only a body with `pins` can start at rest under gravity; one without settles by itself",
+                object.name
+            ),
         ));
     }
     let material = object.material.ok_or_else(|| at("object".into(), "an object without material is not simulated"))?;

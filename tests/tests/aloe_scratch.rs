@@ -1,4 +1,11 @@
-use physvideo::{animate::Animation, assemble::{assemble, Inputs}, plan::Plan, scene, geometry::PhotoData, stages::mpm::Method};
+use physvideo::{
+    animate::Animation,
+    assemble::{Inputs, assemble},
+    geometry::PhotoData,
+    plan::Plan,
+    scene,
+    stages::mpm::Method,
+};
 use physvideo_gpu::{Gpu, Options};
 
 #[test]
@@ -12,12 +19,28 @@ fn aloe() {
     let img = image::open(root.join("aloe.jpg")).unwrap().to_rgb8();
     let lab = image::open(root.join("aloe_objects.png")).unwrap().to_luma8();
     let dis = image::open(root.join("aloe_disparity.png")).unwrap().to_luma8();
-    let photo = PhotoData { width: img.width(), height: img.height(), rgb: img.pixels().map(|p| p.0).collect(), labels: lab.pixels().map(|p| p.0[0]).collect(),
-        depth: dis.pixels().map(|p| if p.0[0] == 0 { 0.0 } else { 3740.0 * 0.16 / (f32::from(p.0[0]) + 270.0) }).collect(), focal_px: 3740.0, principal: [img.width() as f32 / 2.0, img.height() as f32 / 2.0] };
+    let photo = PhotoData {
+        width: img.width(),
+        height: img.height(),
+        rgb: img.pixels().map(|p| p.0).collect(),
+        labels: lab.pixels().map(|p| p.0[0]).collect(),
+        depth: dis
+            .pixels()
+            .map(|p| if p.0[0] == 0 { 0.0 } else { 3740.0 * 0.16 / (f32::from(p.0[0]) + 270.0) })
+            .collect(),
+        focal_px: 3740.0,
+        principal: [img.width() as f32 / 2.0, img.height() as f32 / 2.0],
+    };
     let plan = Plan::new(&s, s.output.until);
     let t = std::time::Instant::now();
     let a = assemble(&s, &Inputs { photo: Some(photo), ..Default::default() }, &plan).unwrap();
-    println!("assembled {:?} particles {} pinned {} domain {:?}", t.elapsed(), a.colors.len(), a.world.bodies[0].pinned.iter().filter(|p| **p).count(), a.world.domain);
+    println!(
+        "assembled {:?} particles {} pinned {} domain {:?}",
+        t.elapsed(),
+        a.colors.len(),
+        a.world.bodies[0].pinned.iter().filter(|p| **p).count(),
+        a.world.domain
+    );
     let gpu = Gpu::new(Options { validation: std::env::var("VALID").is_ok(), ..Default::default() }).unwrap();
     let mut anim = Animation::new(&gpu, &s, &a, &plan, Method::default()).unwrap();
     println!("ready {:?}", t.elapsed());
@@ -25,7 +48,8 @@ fn aloe() {
     for f in 0..frames {
         let stats = anim.advance().unwrap();
         let im = anim.draw().unwrap().unwrap();
-        image::save_buffer(format!("/tmp/aloe/f{f:03}.png"), &im.rgb, im.width, im.height, image::ColorType::Rgb8).unwrap();
+        image::save_buffer(format!("/tmp/aloe/f{f:03}.png"), &im.rgb, im.width, im.height, image::ColorType::Rgb8)
+            .unwrap();
         println!("{f} {:?} {stats:?} speed {:.3}", t.elapsed(), anim.mpm.as_ref().unwrap().measure(0).unwrap().speed);
     }
     println!("{:?}", gpu.messages().first());

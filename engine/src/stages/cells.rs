@@ -97,7 +97,11 @@ impl Cells {
     pub fn record_sort(&self, rec: &mut Recording, constants: &Constants, particles: Buf<Particle>, clock: Buf<Clock>) {
         let groups = Groups::Indirect(clock.erase(), PARTICLE_GROUPS);
         let Self { grid: immediates, table, list, counts, starts, keys, ranks, order, live, .. } = *self;
-        rec.call(&cells::Locate { particles, keys, table, list, live, immediates, clock, claimed: table }, constants, groups);
+        rec.call(
+            &cells::Locate { particles, keys, table, list, live, immediates, clock, claimed: table },
+            constants,
+            groups,
+        );
         rec.call(&cells::Count { keys, table, counts, ranks, clock, immediates }, constants, groups);
         rec.call(&cells::Range { counts, starts, table, list, live, immediates }, constants, self.block_groups());
         rec.call(&cells::Place { keys, table, starts, ranks, order, clock, immediates }, constants, groups);

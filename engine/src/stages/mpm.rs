@@ -222,16 +222,28 @@ impl<'gpu> Mpm<'gpu> {
         self.cells.record_sort(rec, k, particles, clock);
         let blocks = self.cells.block_groups();
         match self.p2g {
-            P2g::Cell => {
-                rec.call(&mpm::P2g { particles, bodies, order, starts, counts, tiles, immediates, clock, forces }, k, blocks)
-            }
+            P2g::Cell => rec.call(
+                &mpm::P2g { particles, bodies, order, starts, counts, tiles, immediates, clock, forces },
+                k,
+                blocks,
+            ),
             P2g::Fixed => rec.call(
                 &mpm::P2gFixed { particles, bodies, order, starts, counts, tiles, immediates, clock, forces },
                 k,
                 blocks,
             ),
             P2g::Float => rec.call(
-                &mpm::P2gFloat { particles, bodies, order, starts, counts, tiles: tiles.cast(), immediates, clock, forces },
+                &mpm::P2gFloat {
+                    particles,
+                    bodies,
+                    order,
+                    starts,
+                    counts,
+                    tiles: tiles.cast(),
+                    immediates,
+                    clock,
+                    forces,
+                },
                 k,
                 blocks,
             ),
@@ -241,19 +253,8 @@ impl<'gpu> Mpm<'gpu> {
             k,
             self.cells.node_groups(),
         );
-        let g2p = mpm::G2p {
-            particles,
-            deformations,
-            bodies,
-            order,
-            starts,
-            counts,
-            table,
-            list,
-            nodes,
-            immediates,
-            clock,
-        };
+        let g2p =
+            mpm::G2p { particles, deformations, bodies, order, starts, counts, table, list, nodes, immediates, clock };
         rec.call(&g2p, k, blocks);
     }
 
@@ -296,11 +297,7 @@ impl<'gpu> Mpm<'gpu> {
         self.start_clock(1.0, self.courant)?;
         let Self { particles, deformations, bodies, clock, .. } = *self;
         let mut rec = Recording::new("stress");
-        rec.call(
-            &mpm::Stress { particles, deformations, bodies, clock },
-            &self.constants,
-            self.particle_groups(),
-        );
+        rec.call(&mpm::Stress { particles, deformations, bodies, clock }, &self.constants, self.particle_groups());
         self.gpu.run(&rec).map(|_| ())
     }
 
