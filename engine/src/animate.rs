@@ -1,6 +1,8 @@
 //! Act *animate* up to the drawn frames: the world is simulated, its points are drawn over the background. Knows no
 //! files; whoever drives it decides what to keep of each frame.
 
+use std::time::Instant;
+
 use physvideo_gpu::kernels::{Carrier, EdgePixel};
 use physvideo_gpu::{Buf, Gpu, GpuError, Recording};
 
@@ -10,7 +12,7 @@ use crate::geometry::{self, GeometryError};
 use crate::plan::Plan;
 use crate::scene::{Scene, Source};
 use crate::stages::display::{Carry, DisplayArrays, nothing, rgba};
-use crate::stages::mpm::{FrameStats, Method, Mpm};
+use crate::stages::mpm::{FrameStats, Method, Mpm, P2g};
 use crate::stages::render::{Background, Image, PointRenderer, RenderError, RenderSettings};
 
 /// Why a clip cannot be made.
@@ -38,6 +40,8 @@ pub struct Animation<'gpu> {
     drawing: Option<Drawing>,
     fps: f32,
     frame: u32,
+    /// Stages that ran before the first frame and the wall time of each [ms].
+    pub wall_ms: Vec<(&'static str, f64)>,
 }
 
 struct Drawing {
@@ -58,9 +62,21 @@ impl<'gpu> Animation<'gpu> {
         plan: &Plan,
         method: Method,
     ) -> Result<Self, AnimateError> {
+        let mut wall_ms = Vec::new();
+        let mut took = |stage, since: Instant| wall_ms.push((stage, since.elapsed().as_secs_f64() * 1e3));
+        let since = Instant::now();
         let mpm = if plan.runs("simulate") { Some(Mpm::new(gpu, &assembled.world, method)?) } else { None };
+        took("rest", since);
+        let since = Instant::now();
         let drawing = if plan.runs("render") { Some(draw(gpu, scene, assembled, plan, mpm.as_ref())?) } else { None };
-        Ok(Self { gpu, mpm, drawing, fps: scene.output.fps, frame: 0 })
+        took("display", since);
+        wall_ms.retain(|(stage, _)| plan.runs(stage));
+        Ok(Self { gpu, mpm, drawing, fps: scene.output.fps, frame: 0, wall_ms })
+    }
+
+    /// Whether the same run gives the same bits on this device.
+    pub fn deterministic(&self) -> bool {
+        self.mpm.as_ref().is_none_or(|m| m.p2g() != P2g::Float)
     }
 
     /// Advances to the next frame; the first is the start itself.

@@ -2,9 +2,10 @@
 //! files nor devices.
 
 use std::collections::BTreeMap;
+use std::time::Instant;
 
 use glam::Vec3;
-use physvideo_gpu::kernels::Camera;
+use physvideo_gpu::kernels::{Camera, Deformation, Particle};
 
 use crate::geometry::{
     self, GeometryError, Lattice, MaskBody, Particles, PhotoData, Smoothing, SurfaceMap, TriangleMesh, WorldFromCamera,
@@ -23,6 +24,8 @@ pub struct Inputs {
     pub meshes: BTreeMap<usize, (Vec<[f32; 3]>, Vec<[u32; 3]>)>,
     /// Positions and sRGB colours 0–1, by index of the object.
     pub points: BTreeMap<usize, (Vec<[f32; 3]>, Option<Vec<[f32; 3]>>)>,
+    /// Memory the run may take [bytes]; bodies that need more are refused before they are made. Absent: not known.
+    pub memory: Option<u64>,
 }
 
 /// The photograph at the working size, and what was found in it.
@@ -55,6 +58,8 @@ pub struct Assembled {
     pub camera: Camera,
     /// Size of the frames [px].
     pub size: (u32, u32),
+    /// Stages that ran here and the wall time of each [ms].
+    pub wall_ms: Vec<(&'static str, f64)>,
 }
 
 /// Something in the scene that cannot be built, at a key.
@@ -67,13 +72,16 @@ fn at(key: String, message: impl ToString) -> Problem {
 /// # Errors
 /// A problem located at a key of the scene.
 pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled, Problem> {
+    let mut wall_ms = Vec::new();
     let view = match &inputs.photo {
-        Some(photo) => Some(see(scene, photo, plan)?),
+        Some(photo) => Some(see(scene, photo, plan, &mut wall_ms)?),
         None => None,
     };
     let dx = 1.0 / scene.simulation.grid_density;
     let lattice = Lattice::new(dx, scene.simulation.particles_per_cell)
         .map_err(|e| at("simulation.particles_per_cell".into(), e))?;
+    let since = Instant::now();
+    let mut crowd = Crowd { particles: 0, memory: inputs.memory.unwrap_or(u64::MAX) };
     let mut bodies = Vec::new();
     let mut colors = Vec::new();
     let mut object_of = Vec::new();
@@ -82,17 +90,20 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
             if object.material.is_none() {
                 continue;
             }
-            let filled = fill(index, object, inputs, view.as_ref(), &lattice)?;
+            let filled = fill(index, object, inputs, view.as_ref(), &lattice, &mut crowd)?;
             colors.extend_from_slice(&filled.colors);
-            bodies.push(body(scene, object, filled, view.as_ref())?);
+            bodies.push(body(scene, index, object, filled, view.as_ref())?);
             object_of.push(index);
         }
     }
     let mut statics = Vec::new();
     for (index, object) in scene.objects.iter().enumerate() {
         if object.material.is_none() && !matches!(object.source, Source::Mask { .. }) && plan.runs("display") {
-            statics.push((index, fill(index, object, inputs, view.as_ref(), &lattice)?));
+            statics.push((index, fill(index, object, inputs, view.as_ref(), &lattice, &mut crowd)?));
         }
+    }
+    if plan.runs("bodies") {
+        wall_ms.push(("bodies", ms(since)));
     }
     let size = frame_size(scene, view.as_ref());
     let camera = match (&scene.camera, &view) {
@@ -119,6 +130,9 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
     if colliders.len() > 16 || scene.fields.len() > 16 {
         return Err(at("collider".into(), "at most 16 colliders (the ground counts) and 16 fields fit in a scene"));
     }
+    if bodies.len() > MOST_BODIES {
+        return Err(at("object".into(), format!("at most {MOST_BODIES} objects with a material fit in a scene")));
+    }
     let domain = domain(scene, &bodies, dx);
     let world = World {
         bodies,
@@ -130,10 +144,16 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         courant: scene.simulation.courant,
         force_dt: scene.simulation.force_dt,
     };
-    Ok(Assembled { world, colors, object_of, statics, view, camera, size })
+    Ok(Assembled { world, colors, object_of, statics, view, camera, size, wall_ms })
 }
 
-fn see(scene: &Scene, photo: &PhotoData, plan: &Plan) -> Result<View, Problem> {
+/// Milliseconds since.
+fn ms(since: Instant) -> f64 {
+    since.elapsed().as_secs_f64() * 1e3
+}
+
+fn see(scene: &Scene, photo: &PhotoData, plan: &Plan, wall_ms: &mut Vec<(&'static str, f64)>) -> Result<View, Problem> {
+    let since = Instant::now();
     let labels: Vec<u8> = scene
         .objects
         .iter()
@@ -153,6 +173,10 @@ fn see(scene: &Scene, photo: &PhotoData, plan: &Plan) -> Result<View, Problem> {
             (world, other.as_ref().and_then(|g| g.height))
         }
     };
+    if plan.runs("world") {
+        wall_ms.push(("world", ms(since)));
+    }
+    let since = Instant::now();
     let width = if plan.runs("render") || plan.runs("surfaces") { scene.output.width } else { photo.width };
     let small = photo.resample(width).map_err(geometric)?;
     let surfaces = if plan.runs("surfaces") {
@@ -166,6 +190,9 @@ fn see(scene: &Scene, photo: &PhotoData, plan: &Plan) -> Result<View, Problem> {
     } else {
         None
     };
+    if plan.runs("surfaces") {
+        wall_ms.push(("surfaces", ms(since)));
+    }
     Ok(View { photo: small, surfaces, world, ground })
 }
 
@@ -179,22 +206,34 @@ fn frame_size(scene: &Scene, view: Option<&View>) -> (u32, u32) {
     }
 }
 
-/// Refuses what no device could hold, before it is made.
+/// Bodies the tag of a particle can name.
+const MOST_BODIES: usize = 256;
+/// Particles the kernels can number.
 const MOST_PARTICLES: u64 = 1 << 28;
+/// Device memory of a particle at the least: its state, twice, and its place in the sort.
+const PARTICLE_BYTES: u64 = 2 * (size_of::<Particle>() + size_of::<Deformation>()) as u64 + 12;
 
-fn refuse_crowd(key: &str, object: &Object, count: u64) -> Result<(), Problem> {
-    if count <= MOST_PARTICLES {
-        return Ok(());
+/// Counts particles before they are made, and refuses what could not be held.
+struct Crowd {
+    particles: u64,
+    memory: u64,
+}
+
+impl Crowd {
+    fn add(&mut self, key: &str, object: &Object, count: u64) -> Result<(), Problem> {
+        self.particles = self.particles.saturating_add(count);
+        let need = self.particles.saturating_mul(PARTICLE_BYTES);
+        let available = self.memory.min(MOST_PARTICLES * PARTICLE_BYTES);
+        if need <= available {
+            return Ok(());
+        }
+        let message = format!(
+            "'{}' would have about {count} particles; the particles so far need {need} bytes and {available} bytes are \
+             available",
+            object.name
+        );
+        Err(Problem::new(Kind::Memory, key, message).help("lower simulation.grid_density or make the object smaller"))
     }
-    let bytes = count.saturating_mul(400);
-    Err(at(
-        key.into(),
-        format!(
-            "object '{}' would have {count} particles, which need about {bytes} bytes; a run holds at most {MOST_PARTICLES} ({} bytes). Lower simulation.grid_density or make the object smaller",
-            object.name,
-            MOST_PARTICLES * 400
-        ),
-    ))
 }
 
 fn fill(
@@ -203,10 +242,11 @@ fn fill(
     inputs: &Inputs,
     view: Option<&View>,
     lattice: &Lattice,
+    crowd: &mut Crowd,
 ) -> Result<Particles, Problem> {
     let key = format!("object[{index}].source");
     let fail = |e: GeometryError| at(key.clone(), e);
-    let crowd = |volume: f64| refuse_crowd(&key, object, lattice.predict_count(volume));
+    let mut crowd = |volume: f64| crowd.add(&key, object, lattice.predict_count(volume));
     match &object.source {
         Source::Box { min, max } => {
             crowd((0..3).map(|a| f64::from(max[a]) - f64::from(min[a])).product())?;
@@ -250,7 +290,7 @@ fn fill(
     }
 }
 
-fn body(scene: &Scene, object: &Object, filled: Particles, view: Option<&View>) -> Result<Body, Problem> {
+fn body(scene: &Scene, index: usize, object: &Object, filled: Particles, view: Option<&View>) -> Result<Body, Problem> {
     let n = filled.positions.len().max(1) as f32;
     let center = filled.positions.iter().fold(Vec3::ZERO, |s, p| s + Vec3::from(*p)) / n;
     let spin = Vec3::from(object.angular_velocity);
@@ -262,6 +302,15 @@ fn body(scene: &Scene, object: &Object, filled: Particles, view: Option<&View>) 
     let mut pinned = vec![false; filled.positions.len()];
     for region in &object.pins {
         pin(scene, region, view, &filled.positions, &mut pinned)?;
+    }
+    if object.prestress == Some(true) && object.pins.is_empty() {
+        return Err(at(
+            format!("object[{index}].prestress"),
+            format!(
+                "nothing holds '{}': only a body with `pins` can start at rest under gravity; one without settles by itself",
+                object.name
+            ),
+        ));
     }
     let material = object.material.ok_or_else(|| at("object".into(), "an object without material is not simulated"))?;
     let mut fields = 0;
@@ -278,7 +327,8 @@ fn body(scene: &Scene, object: &Object, filled: Particles, view: Option<&View>) 
         positions: filled.positions,
         velocities,
         pinned,
-        prestress: object.prestressed(),
+        // A photograph shows a held body sagged. One that nothing holds stands on something, and may fall from it.
+        prestress: object.prestressed() && !object.pins.is_empty(),
         fields,
     })
 }

@@ -4,6 +4,7 @@
 pub mod animate;
 pub mod assemble;
 pub mod backdrop;
+pub mod estimate;
 pub mod geometry;
 pub mod plan;
 pub mod scene;

@@ -14,8 +14,6 @@ pub enum Artifact {
     World,
     /// Particles of the bodies.
     Bodies,
-    /// Bodies that carry their weight in the shape they have.
-    Rest,
     /// The simulated particles.
     State,
     /// Files of particles.
@@ -81,16 +79,9 @@ const STAGES: &[Stage] = &[
         idle: nothing_moves,
     },
     Stage {
-        name: "rest",
-        makes: Artifact::Rest,
-        needs: &[Artifact::Bodies],
-        what: "find the stress that carries each body's weight",
-        idle: |s| (!s.objects.iter().any(|o| o.prestressed())).then_some("no body starts at rest under gravity"),
-    },
-    Stage {
         name: "simulate",
         makes: Artifact::State,
-        needs: &[Artifact::Bodies, Artifact::Rest],
+        needs: &[Artifact::Bodies],
         what: "MLS-MPM",
         idle: nothing_moves,
     },

@@ -26,6 +26,9 @@ pub struct World {
     pub force_dt: Option<f32>,
 }
 
+/// Bit of a body's fields: its weight is carried from the start (`CARRIED` in WGSL).
+const CARRIED: u32 = 0x8000_0000;
+
 /// A simulated body.
 #[derive(Clone, Debug)]
 pub struct Body {
@@ -43,7 +46,8 @@ pub struct Body {
     pub velocities: Vec<[f32; 3]>,
     /// Particles that are held.
     pub pinned: Vec<bool>,
-    /// Starts at rest under gravity.
+    /// Starts at rest under gravity: the stress that carries its weight is there from the start and stays as a dead
+    /// load, so that only what changes moves it.
     pub prestress: bool,
     /// Bit i: field i acts on it.
     pub fields: u32,
@@ -63,7 +67,7 @@ impl Body {
             Material::NeoHookean { young, poisson } => (2, young, poisson),
         };
         let (mu, lambda) = lame(young, poisson);
-        kernels::Body { material, fields: self.fields, mu, lambda }
+        kernels::Body { material, fields: self.fields | if self.prestress { CARRIED } else { 0 }, mu, lambda }
     }
 
     /// Speed of the fastest elastic wave, c = sqrt((λ + 2μ)/ρ) [m/s].

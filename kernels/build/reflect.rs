@@ -132,7 +132,10 @@ fn validate(
 
 /// File, line and caret of a mistake, in the file its author wrote.
 fn shown(source: &Source, at: Option<naga::SourceLocation>, message: &str, notes: &[String]) -> String {
-    let Some(at) = at else { return format!("error: {message}\n  {}", notes.join("\n  ")) };
+    let Some(at) = at else {
+        let file = source.lines.first().map_or("", |line| line.0.as_str());
+        return format!("error: {message}\n  --> kernels/wgsl/{file}\n  {}", notes.join("\n  "));
+    };
     let index = (at.line_number as usize).saturating_sub(1);
     let (file, line) = source.lines.get(index).cloned().unwrap_or_default();
     let text = source.text.lines().nth(index).unwrap_or_default();
@@ -140,7 +143,7 @@ fn shown(source: &Source, at: Option<naga::SourceLocation>, message: &str, notes
     let caret =
         " ".repeat(column - 1) + &"^".repeat((at.length as usize).clamp(1, text.len().max(column) + 1 - column));
     format!(
-        "error: {message}\n --> kernels/wgsl/{file}:{line}:{column}\n  |\n{line:>3} | {text}\n  | {caret} {}\n",
+        "error: {message}\n  --> kernels/wgsl/{file}:{line}:{column}\n    |\n{line:>3} | {text}\n    | {caret} {}\n",
         notes.join("; ")
     )
 }

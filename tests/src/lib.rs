@@ -1,3 +1,9 @@
-//! Proofs, physics, stress and benches over the engine; nothing that ships imports this crate.
+//! Proofs of the kernels and the tools to run them: an f64 twin and a case per kernel, and the harness that checks
+//! and times them. Nothing that ships imports this crate.
 
+pub mod device;
+pub mod folder;
+pub mod probe;
+pub mod proof;
+pub mod random;
 pub mod twins;

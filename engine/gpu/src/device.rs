@@ -29,6 +29,12 @@ pub struct Options {
     pub wgsl: Option<std::path::PathBuf>,
     /// Contents of an earlier [`Gpu::pipeline_cache`].
     pub pipeline_cache: Vec<u8>,
+    /// Leave out every derived barrier: for tests that show what the validation layer then says.
+    #[doc(hidden)]
+    pub without_barriers: bool,
+    /// Keep buffers where the host cannot reach them, as on a discrete GPU, on any device: for tests.
+    #[doc(hidden)]
+    pub staged: bool,
 }
 
 /// Kind of a device.
@@ -98,6 +104,17 @@ pub fn list_devices() -> Result<Vec<DeviceInfo>, GpuError> {
     let infos = opened.found.into_iter().map(|(_, info)| info).collect();
     unsafe { opened.instance.destroy_instance(None) };
     Ok(infos)
+}
+
+/// The device that [`Gpu::new`] would open, without opening it; `asked` as in [`Options::device`].
+///
+/// # Errors
+/// [`GpuError::NoDevice`] or [`GpuError::UnknownDevice`].
+pub fn choose_device(asked: Option<&str>) -> Result<DeviceInfo, GpuError> {
+    let opened = open_instance(false)?;
+    let chosen = choose(&opened.found, asked).map(|index| opened.found[index].1.clone());
+    unsafe { opened.instance.destroy_instance(None) };
+    chosen
 }
 
 fn open_instance(validation: bool) -> Result<Opened, GpuError> {
@@ -275,7 +292,7 @@ impl Gpu {
             allocation_sizes: gpu_allocator::AllocationSizes::default(),
         })
         .map_err(|source| GpuError::Memory { name: "allocator".into(), source })?;
-        let unified = info.kind != DeviceKind::Discrete;
+        let unified = info.kind != DeviceKind::Discrete && !options.staged;
         let limits = unsafe { instance.get_physical_device_properties(physical) }.limits;
         let pipelines = Pipelines::new(device.clone(), &options.pipeline_cache)?;
         Ok(Self {

@@ -9,11 +9,13 @@ mod pipeline;
 mod recording;
 mod submit;
 
-pub use device::{DeviceInfo, DeviceKind, Gpu, Options, list_devices};
+pub use device::{DeviceInfo, DeviceKind, Gpu, Options, choose_device, list_devices};
 pub use error::GpuError;
 pub use hazards::{Step, schedule};
 pub use physvideo_kernels as kernels;
 pub use physvideo_kernels::{AnyBuf, Buf, Feature, Kernel, KernelInfo};
 pub use pipeline::Constants;
+#[doc(hidden)]
+pub use pipeline::compile;
 pub use recording::{Command, Groups, Recording};
 pub use submit::{Prepared, Timing};

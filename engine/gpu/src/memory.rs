@@ -78,6 +78,12 @@ impl Memory {
         }
     }
 
+    pub(crate) fn free(&mut self, buf: AnyBuf) {
+        if let Some(buffer) = self.buffers.get_mut(buf.id as usize).and_then(Option::take) {
+            self.release(buffer);
+        }
+    }
+
     fn get(&self, buf: AnyBuf) -> Result<&Buffer, GpuError> {
         let found = self.buffers.get(buf.id as usize).and_then(Option::as_ref);
         found.ok_or_else(|| GpuError::Call { kernel: "memory".into(), message: format!("buffer {} was freed", buf.id) })
@@ -104,7 +110,7 @@ impl Gpu {
     /// [`GpuError::TooLarge`] before anything is allocated, or the allocator's refusal.
     pub fn alloc<T: Pod>(&self, arena: &'static str, name: &str, len: u64) -> Result<Buf<T>, GpuError> {
         let len = len.max(1);
-        let bytes = (size_of::<T>() as u64).checked_mul(len).unwrap_or(u64::MAX);
+        let bytes = (size_of::<T>() as u64).saturating_mul(len);
         let available = self.info.max_buffer.min(self.info.memory);
         if bytes > available {
             return Err(GpuError::TooLarge { name: name.into(), need: bytes, available });
@@ -139,7 +145,7 @@ impl Gpu {
     pub fn write<T: Pod>(&self, buf: Buf<T>, offset: u64, data: &[T]) -> Result<(), GpuError> {
         self.touch(
             buf.erase(),
-            offset * size_of::<T>() as u64,
+            offset.saturating_mul(size_of::<T>() as u64),
             size_of_val(data) as u64,
             |mapped| {
                 mapped.copy_from_slice(bytemuck::cast_slice(data));
@@ -162,12 +168,12 @@ impl Gpu {
     /// When the range is outside the buffer.
     pub fn read_range<T: Pod>(&self, buf: Buf<T>, offset: u64, len: u64) -> Result<Vec<T>, GpuError> {
         let bytes = size_of::<T>() as u64;
-        let mut out = vec![T::zeroed(); usize::try_from(len).unwrap_or(0)];
+        let mut out = Vec::new();
         self.touch(
             buf.erase(),
-            offset * bytes,
-            len * bytes,
-            |mapped| bytemuck::cast_slice_mut(&mut out).copy_from_slice(mapped),
+            offset.saturating_mul(bytes),
+            len.saturating_mul(bytes),
+            |mapped| out = bytemuck::pod_collect_to_vec(mapped),
             false,
         )?;
         Ok(out)
@@ -187,7 +193,7 @@ impl Gpu {
         let mut memory = self.memory.borrow_mut();
         let memory = &mut *memory;
         let buffer = memory.buffers.get_mut(buf.id as usize).and_then(Option::as_mut);
-        let Some(buffer) = buffer.filter(|b| offset + bytes <= b.bytes) else {
+        let Some(buffer) = buffer.filter(|b| offset.checked_add(bytes).is_some_and(|end| end <= b.bytes)) else {
             return Err(GpuError::Call {
                 kernel: "memory".into(),
                 message: format!("{bytes} bytes at {offset} are outside buffer {}", buf.id),

@@ -74,7 +74,10 @@ impl Pipelines {
 }
 
 /// SPIR-V of a kernel's text with its overrides replaced.
-pub(crate) fn compile(
+///
+/// # Errors
+/// [`GpuError::Compile`] with what naga said and where.
+pub fn compile(
     kernel: &KernelInfo,
     text: &str,
     constants: &Constants,
@@ -94,7 +97,8 @@ pub(crate) fn compile(
     let policy = if bounds_checks { BoundsCheckPolicy::Restrict } else { BoundsCheckPolicy::Unchecked };
     let options = spv::Options {
         lang_version: (1, 4),
-        flags: spv::WriterFlags::empty(),
+        // Names, for validation messages and debuggers.
+        flags: if cfg!(debug_assertions) { spv::WriterFlags::DEBUG } else { spv::WriterFlags::empty() },
         bounds_check_policies: BoundsCheckPolicies { index: policy, buffer: policy, ..Default::default() },
         // The driver zeroes workgroup memory itself; naga's own loop takes a second to compile for 16 KB.
         zero_initialize_workgroup_memory: spv::ZeroInitializeWorkgroupMemoryMode::Native,

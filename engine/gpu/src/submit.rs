@@ -42,7 +42,8 @@ impl Gpu {
             .iter()
             .filter_map(|c| if let Command::Section(n) = c { Some(n.clone()) } else { None })
             .collect();
-        let crumbs = if self.options.breadcrumbs {
+        // Only calls leave crumbs; the crumbs' own buffer is cleared by a recording without any.
+        let crumbs = if self.options.breadcrumbs && calls > 0 {
             Some((self.alloc("breadcrumbs", "breadcrumbs", 1)?, Vec::new()))
         } else {
             None
@@ -96,7 +97,9 @@ impl Gpu {
         unsafe {
             let commands = device.allocate_command_buffers(&info).named("command buffer")?;
             device.begin_command_buffer(commands[0], &vk::CommandBufferBeginInfo::default()).named("begin")?;
+            barrier(device, commands[0], vk::PipelineStageFlags::HOST, vk::AccessFlags::HOST_WRITE);
             device.cmd_copy_buffer(commands[0], from, to, &region);
+            to_host(device, commands[0]);
             device.end_command_buffer(commands[0]).named("end")?;
             let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
             device.queue_submit(self.queue, &submit, vk::Fence::null()).named("submit a copy")?;
@@ -128,6 +131,7 @@ impl Prepared<'_> {
         let mut section = 0;
         for step in schedule(&recording.commands) {
             let command = match step {
+                Step::Barrier if gpu.options.without_barriers => continue,
                 Step::Barrier => {
                     barrier(device, commands, vk::PipelineStageFlags::empty(), vk::AccessFlags::empty());
                     continue;
@@ -159,23 +163,8 @@ impl Prepared<'_> {
             self.end_label();
             self.stamp(section);
         }
-        let to_host = [vk::MemoryBarrier::default()
-            .src_access_mask(vk::AccessFlags::SHADER_WRITE | vk::AccessFlags::TRANSFER_WRITE)
-            .dst_access_mask(vk::AccessFlags::HOST_READ)];
-        let from = vk::PipelineStageFlags::COMPUTE_SHADER | vk::PipelineStageFlags::TRANSFER;
-        unsafe {
-            device.cmd_pipeline_barrier(
-                commands,
-                from,
-                vk::PipelineStageFlags::HOST,
-                vk::DependencyFlags::empty(),
-                &to_host,
-                &[],
-                &[],
-            );
-            device.end_command_buffer(commands)
-        }
-        .named("end")
+        to_host(device, commands);
+        unsafe { device.end_command_buffer(commands) }.named("end")
     }
 
     fn stamp(&self, index: usize) {
@@ -324,6 +313,16 @@ fn barrier(device: &ash::Device, commands: vk::CommandBuffer, stage: vk::Pipelin
     unsafe { device.cmd_pipeline_barrier(commands, from, to, vk::DependencyFlags::empty(), &memory, &[], &[]) };
 }
 
+/// What the device wrote is seen by the host once it has waited.
+fn to_host(device: &ash::Device, commands: vk::CommandBuffer) {
+    let memory = [vk::MemoryBarrier::default()
+        .src_access_mask(vk::AccessFlags::SHADER_WRITE | vk::AccessFlags::TRANSFER_WRITE)
+        .dst_access_mask(vk::AccessFlags::HOST_READ)];
+    let from = vk::PipelineStageFlags::COMPUTE_SHADER | vk::PipelineStageFlags::TRANSFER;
+    let none = vk::DependencyFlags::empty();
+    unsafe { device.cmd_pipeline_barrier(commands, from, vk::PipelineStageFlags::HOST, none, &memory, &[], &[]) };
+}
+
 impl Drop for Prepared<'_> {
     fn drop(&mut self) {
         let device = &self.gpu.device;
@@ -333,6 +332,9 @@ impl Drop for Prepared<'_> {
             device.destroy_descriptor_pool(self.descriptors, None);
             device.destroy_query_pool(self.queries, None);
             device.destroy_fence(self.fence, None);
+        }
+        if let Some((buf, _)) = &self.crumbs {
+            self.gpu.memory.borrow_mut().free(buf.erase());
         }
     }
 }

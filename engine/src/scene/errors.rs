@@ -31,6 +31,8 @@ pub enum Kind {
     Conflict,
     /// A path that leaves the asset root, or a file that cannot be used.
     Path,
+    /// More particles than memory can hold.
+    Memory,
 }
 
 impl Kind {
@@ -47,12 +49,13 @@ impl Kind {
             Kind::UnknownObject => "scene::unknown_object",
             Kind::Conflict => "scene::conflict",
             Kind::Path => "scene::path",
+            Kind::Memory => "scene::memory",
         }
     }
 
     fn label(self) -> &'static str {
         match self {
-            Kind::Syntax | Kind::Path | Kind::Conflict => "here",
+            Kind::Syntax | Kind::Path | Kind::Conflict | Kind::Memory => "here",
             Kind::UnknownKey | Kind::UnknownChoice => "not known here",
             Kind::MissingKey => "incomplete",
             Kind::WrongType => "wrong type",

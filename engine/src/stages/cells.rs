@@ -8,7 +8,7 @@ use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Recording};
 #[derive(Clone, Copy, Debug)]
 pub struct Cells {
     /// The grid's place and size.
-    pub grid: Buf<Grid>,
+    pub grid: Grid,
     /// Slot + 1 of each block, 0 where it is not active.
     pub table: Buf<u32>,
     /// Block of each slot.
@@ -64,7 +64,7 @@ impl Cells {
         let dense = grid.blocks.iter().map(|b| u64::from(*b)).product::<u64>();
         let slots = u64::from(capacity);
         Ok(Self {
-            grid: gpu.upload("run", "cells/grid", &[grid])?,
+            grid,
             table: gpu.alloc("run", "cells/table", dense)?,
             list: gpu.alloc("run", "cells/list", slots)?,
             counts: gpu.alloc("run", "cells/counts", 64 * slots)?,
@@ -89,18 +89,22 @@ impl Cells {
 
     /// Forgets the last substep's blocks; comes before the counters are reset.
     pub fn record_clear(&self, rec: &mut Recording, constants: &Constants) {
-        let clear = cells::Clear { list: self.list, table: self.table, counts: self.counts, grid: self.grid };
+        let clear = cells::Clear { list: self.list, table: self.table, counts: self.counts, immediates: self.grid };
         rec.call(&clear, constants, self.node_groups());
     }
 
     /// Sorts the particles into blocks and cells.
     pub fn record_sort(&self, rec: &mut Recording, constants: &Constants, particles: Buf<Particle>, clock: Buf<Clock>) {
         let groups = Groups::Indirect(clock.erase(), PARTICLE_GROUPS);
-        let Self { grid, table, list, counts, starts, keys, ranks, order, live, .. } = *self;
-        rec.call(&cells::Locate { particles, keys, table, list, live, grid, clock }, constants, groups);
-        rec.call(&cells::Count { keys, table, counts, ranks, clock, grid }, constants, groups);
-        rec.call(&cells::Range { counts, starts, table, list, live, grid }, constants, self.block_groups());
-        rec.call(&cells::Place { keys, table, starts, ranks, order, clock, grid }, constants, groups);
+        let Self { grid: immediates, table, list, counts, starts, keys, ranks, order, live, .. } = *self;
+        rec.call(
+            &cells::Locate { particles, keys, table, list, live, immediates, clock, claimed: table },
+            constants,
+            groups,
+        );
+        rec.call(&cells::Count { keys, table, counts, ranks, clock, immediates }, constants, groups);
+        rec.call(&cells::Range { counts, starts, table, list, live, immediates }, constants, self.block_groups());
+        rec.call(&cells::Place { keys, table, starts, ranks, order, clock, immediates }, constants, groups);
     }
 }
 

@@ -3,6 +3,5 @@
 pub mod cells;
 pub mod display;
 pub mod mpm;
-mod prestress;
 pub mod render;
 pub mod view;

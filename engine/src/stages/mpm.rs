@@ -2,7 +2,7 @@
 //! Records a batch of substeps once and submits it until the device says that the frame is done.
 
 use bytemuck::Zeroable;
-use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Forces, Particle, Prestress, Sums, mpm};
+use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Forces, Particle, Sums, mpm};
 use physvideo_gpu::{Buf, Constants, DeviceKind, Feature, Gpu, GpuError, Groups, Prepared, Recording};
 
 use super::cells::{self, Cells, PARTICLE_GROUPS};
@@ -85,7 +85,6 @@ pub struct Mpm<'gpu> {
     pub particles: Buf<Particle>,
     /// Their deformation.
     pub deformations: Buf<Deformation>,
-    pub(super) prestress: Buf<Prestress>,
     pub(super) bodies: Buf<kernels::Body>,
     pub(super) forces: Buf<Forces>,
     pub(super) clock: Buf<Clock>,
@@ -139,7 +138,6 @@ impl<'gpu> Mpm<'gpu> {
         for (slot, collider) in colliders.d.iter_mut().zip(&world.colliders) {
             *slot = *collider;
         }
-        let prestressed = world.bodies.iter().any(|b| b.prestress);
         let p2g = method.p2g.unwrap_or(match gpu.info.kind {
             DeviceKind::Cpu => P2g::Cell,
             _ if !method.deterministic && gpu.has(Feature::FloatAtomic) && gpu.has(Feature::Subgroup) => P2g::Float,
@@ -155,7 +153,6 @@ impl<'gpu> Mpm<'gpu> {
             gpu,
             particles: gpu.upload("run", "mpm/particles", &particles)?,
             deformations: gpu.upload("run", "mpm/deformations", &deformations)?,
-            prestress: gpu.alloc("run", "mpm/prestress", if prestressed { count } else { 1 })?,
             bodies: gpu.upload(
                 "run",
                 "mpm/bodies",
@@ -184,9 +181,6 @@ impl<'gpu> Mpm<'gpu> {
             dx: world.dx,
             ranges,
         };
-        if prestressed {
-            mpm.find_rest(world)?;
-        }
         mpm.update_stress()?;
         Ok(mpm)
     }
@@ -195,7 +189,7 @@ impl<'gpu> Mpm<'gpu> {
     pub fn bytes(world: &World, particles: u64, blocks: u64) -> u64 {
         let grid = cells::grid(world.domain, world.dx);
         let capacity = capacity(&grid, blocks);
-        let each = (2 * (size_of::<Particle>() + size_of::<Deformation>()) + size_of::<Prestress>() + 1) as u64;
+        let each = (2 * (size_of::<Particle>() + size_of::<Deformation>()) + 1) as u64;
         each * particles + 16 * 280 * u64::from(capacity) + Cells::bytes(&grid, particles, capacity)
     }
 
@@ -221,46 +215,46 @@ impl<'gpu> Mpm<'gpu> {
     /// One substep: clear, clock, sort, P2G, grid, G2P.
     pub fn record_substep(&self, rec: &mut Recording) {
         let k = &self.constants;
-        let Cells { grid, table, list, counts, starts, order, live, .. } = self.cells;
-        let Self { particles, deformations, prestress, bodies, forces, clock, colliders, tiles, nodes, .. } = *self;
+        let Cells { grid: immediates, table, list, counts, starts, order, live, .. } = self.cells;
+        let Self { particles, deformations, bodies, forces, clock, colliders, tiles, nodes, .. } = *self;
         self.cells.record_clear(rec, k);
         rec.call(&mpm::Clock { clock, live }, k, Groups::Direct([1, 1, 1]));
         self.cells.record_sort(rec, k, particles, clock);
         let blocks = self.cells.block_groups();
         match self.p2g {
-            P2g::Cell => {
-                rec.call(&mpm::P2g { particles, bodies, order, starts, counts, tiles, grid, clock, forces }, k, blocks)
-            }
+            P2g::Cell => rec.call(
+                &mpm::P2g { particles, bodies, order, starts, counts, tiles, immediates, clock, forces },
+                k,
+                blocks,
+            ),
             P2g::Fixed => rec.call(
-                &mpm::P2gFixed { particles, bodies, order, starts, counts, tiles, grid, clock, forces },
+                &mpm::P2gFixed { particles, bodies, order, starts, counts, tiles, immediates, clock, forces },
                 k,
                 blocks,
             ),
             P2g::Float => rec.call(
-                &mpm::P2gFloat { particles, bodies, order, starts, counts, tiles: tiles.cast(), grid, clock, forces },
+                &mpm::P2gFloat {
+                    particles,
+                    bodies,
+                    order,
+                    starts,
+                    counts,
+                    tiles: tiles.cast(),
+                    immediates,
+                    clock,
+                    forces,
+                },
                 k,
                 blocks,
             ),
         }
         rec.call(
-            &mpm::Grid { tiles, table, list, live: live.cast(), nodes, grid, clock, colliders },
+            &mpm::Grid { tiles, table, list, live: live.cast(), nodes, immediates, clock, colliders },
             k,
             self.cells.node_groups(),
         );
-        let g2p = mpm::G2p {
-            particles,
-            deformations,
-            prestress,
-            bodies,
-            order,
-            starts,
-            counts,
-            table,
-            list,
-            nodes,
-            grid,
-            clock,
-        };
+        let g2p =
+            mpm::G2p { particles, deformations, bodies, order, starts, counts, table, list, nodes, immediates, clock };
         rec.call(&g2p, k, blocks);
     }
 
@@ -275,7 +269,7 @@ impl<'gpu> Mpm<'gpu> {
         Ok(())
     }
 
-    pub(super) fn start_clock(&self, length: f32, courant: f32, load: f32) -> Result<(), GpuError> {
+    pub(super) fn start_clock(&self, length: f32, courant: f32) -> Result<(), GpuError> {
         let clock = Clock {
             frame_start: self.time as f32,
             frame_length: length,
@@ -286,7 +280,6 @@ impl<'gpu> Mpm<'gpu> {
             speed_bits: self.speed.to_bits(),
             particles: self.particles_in_use(),
             particle_groups: [self.particles_in_use().div_ceil(64), 1, 1],
-            load,
             ..Default::default()
         };
         self.gpu.write(self.clock, 0, &[clock])
@@ -294,27 +287,23 @@ impl<'gpu> Mpm<'gpu> {
 
     #[doc(hidden)]
     pub fn restart(&self) {
-        let _ = self.start_clock(10.0, self.courant, 1.0);
+        let _ = self.start_clock(10.0, self.courant);
     }
     fn particles_in_use(&self) -> u32 {
         self.ranges.last().map_or(0, |r| r.end as u32)
     }
 
     pub(super) fn update_stress(&mut self) -> Result<(), GpuError> {
-        self.start_clock(1.0, self.courant, 1.0)?;
-        let Self { particles, deformations, prestress, bodies, clock, .. } = *self;
+        self.start_clock(1.0, self.courant)?;
+        let Self { particles, deformations, bodies, clock, .. } = *self;
         let mut rec = Recording::new("stress");
-        rec.call(
-            &mpm::Stress { particles, deformations, prestress, bodies, clock },
-            &self.constants,
-            self.particle_groups(),
-        );
+        rec.call(&mpm::Stress { particles, deformations, bodies, clock }, &self.constants, self.particle_groups());
         self.gpu.run(&rec).map(|_| ())
     }
 
     /// Runs batches until the device says that `length` seconds have passed, without looking at the counters.
-    pub(super) fn advance(&mut self, length: f32, courant: f32, load: f32) -> Result<Clock, GpuError> {
-        self.start_clock(length, courant, load)?;
+    pub(super) fn advance(&mut self, length: f32, courant: f32) -> Result<Clock, GpuError> {
+        self.start_clock(length, courant)?;
         self.prepare()?;
         loop {
             if let Some(batch) = &self.batch {
@@ -344,7 +333,7 @@ impl<'gpu> Mpm<'gpu> {
         self.gpu.run(&save)?;
         let mut courant = self.courant;
         loop {
-            let clock = self.advance(length, courant, 1.0)?;
+            let clock = self.advance(length, courant)?;
             stats.substeps += clock.substeps;
             let full = self.gpu.read(self.cells.live)?[0].overflow > 0;
             let bad = clock.clamped_velocity + clock.quarantined > 0 && self.force_dt == 0.0;
@@ -374,7 +363,7 @@ impl<'gpu> Mpm<'gpu> {
 
     /// Doubles the number of blocks there is room for.
     fn make_room(&mut self) -> Result<(), GpuError> {
-        let grid = self.gpu.read(self.cells.grid)?[0];
+        let grid = self.cells.grid;
         let dense: u64 = grid.blocks.iter().map(|b| u64::from(*b)).product();
         let capacity = (2 * u64::from(self.cells.capacity)).min(dense) as u32;
         self.batch = None;
@@ -431,7 +420,6 @@ fn constants(world: &World, method: Method) -> Constants {
     let flag = |on: bool| if on { 1.0 } else { 0.0 };
     Constants::none()
         .with("TRUE_GRADIENT", flag(method.true_gradient))
-        .with("PRESTRESS", flag(world.bodies.iter().any(|b| b.prestress)))
         .with("MATERIAL_COROTATED_USED", flag(material(1)))
         .with("MATERIAL_NEO_HOOKEAN_USED", flag(material(2)))
         .with("FIELD_UNIFORM_USED", flag(field(1)))

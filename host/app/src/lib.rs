@@ -1,4 +1,13 @@
 //! The parts of the program physvideo-engine; `main` only calls them.
 
+pub mod cli;
+pub mod commands;
+pub mod device;
+pub mod error;
+pub mod interrupt;
 pub mod io;
+pub mod load;
 pub mod progress;
+pub mod report;
+pub mod run;
+pub mod writer;

@@ -5,7 +5,7 @@ struct Words { d: array<u32> }
 @group(0) @binding(0) var<storage, read> list: Words;
 @group(0) @binding(1) var<storage, read_write> table: Words;
 @group(0) @binding(2) var<storage, read_write> counts: Words;
-@group(0) @binding(3) var<storage, read> grid: Grid;
+var<immediate> grid: Grid;
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {

@@ -8,7 +8,7 @@ struct AtomicWords { d: array<atomic<u32>> }
 @group(0) @binding(2) var<storage, read_write> counts: AtomicWords;
 @group(0) @binding(3) var<storage, read_write> ranks: Words;
 @group(0) @binding(4) var<storage, read> clock: Clock;
-@group(0) @binding(5) var<storage, read> grid: Grid;
+var<immediate> grid: Grid;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {

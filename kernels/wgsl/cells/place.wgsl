@@ -8,7 +8,7 @@ struct Words { d: array<u32> }
 @group(0) @binding(3) var<storage, read> ranks: Words;
 @group(0) @binding(4) var<storage, read_write> order: Words;
 @group(0) @binding(5) var<storage, read> clock: Clock;
-@group(0) @binding(6) var<storage, read> grid: Grid;
+var<immediate> grid: Grid;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {

@@ -9,7 +9,7 @@ struct AtomicWords { d: array<atomic<u32>> }
 @group(0) @binding(2) var<storage, read_write> table: AtomicWords;
 @group(0) @binding(3) var<storage, read_write> list: Words;
 @group(0) @binding(4) var<storage, read_write> live: Live;
-@group(0) @binding(5) var<storage, read> grid: Grid;
+var<immediate> grid: Grid;
 
 var<workgroup> sums: array<u32, 64>;
 var<workgroup> first: u32;

@@ -19,5 +19,4 @@ struct Clock {
     quarantined: atomic<u32>,
     particle_groups: vec3u,   // workgroups of 64 for per-particle kernels; x = 0 when the frame is done
     particles: u32,
-    load: f32,            // factor of gravity and fields; small while the rest state is sought
 }

@@ -19,6 +19,14 @@ fn rotate(v: vec3f, axis: vec3f, angle: f32) -> vec3f {
     return v * cos(angle) + cross(axis, v) * sin(angle) + axis * dot(axis, v) * (1.0 - cos(angle));
 }
 
+// Signed distance of x from collider c at time t [m].
+fn gap(c: Collider, x: vec3f, t: f32) -> f32 {
+    let moving = clamp(t, c.start, c.end) - c.start;
+    let rate = length(c.spin.xyz);
+    let axis = select(vec3f(0.0, 0.0, 1.0), c.spin.xyz / max(rate, 1e-20), rate > 0.0);
+    return shape(c.shape, c, rotate(x - (c.center.xyz + c.velocity.xyz * moving), axis, -rate * moving)).w;
+}
+
 // Velocity v at node x after contact with collider c at time t.
 fn collide(c: Collider, x: vec3f, v: vec3f, t: f32) -> vec3f {
     let moving = clamp(t, c.start, c.end) - c.start;

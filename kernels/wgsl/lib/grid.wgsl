@@ -4,6 +4,7 @@ const EMPTY: u32 = 0u;          // table entry of a block that is not active; el
 const TILE: u32 = 216u;         // 6³ nodes reached by the particles of one block
 const NOWHERE: u32 = 0xffffffffu;
 
+// Every kernel gets it as an immediate: constants of a call cost nothing to read.
 struct Grid {
     origin: vec3f,      // [m]
     dx: f32,            // [m]

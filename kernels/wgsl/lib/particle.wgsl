@@ -26,6 +26,9 @@ const QUARANTINED: u32 = 0x80000000u;   // taken out of the simulation: not fini
 // A pinned particle weighs this many times its mass on the grid, which holds the nodes it touches.
 const PIN_MASS: f32 = 1e6;
 
+// Bit of `fields`: the body's weight is carried from the start (prestress).
+const CARRIED: u32 = 0x80000000u;
+
 struct Body {
     material: u32,      // kind of material
     fields: u32,        // bit i: field i acts on this body

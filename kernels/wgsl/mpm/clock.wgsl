@@ -26,7 +26,8 @@ fn main() {
         clock.particle_groups = vec3u(0u, 1u, 1u);
         return;
     }
-    let speed = bitcast<f32>(atomicExchange(&clock.speed_bits, 0u));
+    // Bits above those of the largest finite number are no speed: NaN would stop the clock for ever.
+    let speed = bitcast<f32>(min(atomicExchange(&clock.speed_bits, 0u), 0x7f7fffffu));
     let limit = clock.courant * clock.dx / (clock.wave_speed + speed);
     // What is left is divided evenly, so that no frame ends with a sliver of a step.
     let even = left / ceil(left / limit - 1e-3);

@@ -1,4 +1,5 @@
-//! use lib/bspline lib/grid lib/clock lib/stress
+//! use lib/bspline lib/grid lib/clock lib/particle
+//! family material
 // Grid to particles: velocity and affine velocity (APIC), deformation by the gradient of the B-spline or the MLS
 // form, position, and the stress for the next transfer. One lane a cell, whose 27 nodes it loads once.
 
@@ -12,20 +13,18 @@ struct Particles { d: array<Particle> }
 struct Bodies { d: array<Body> }
 struct Words { d: array<u32> }
 struct Deformations { d: array<Deformation> }
-struct Prestresses { d: array<Prestress> }
 struct Nodes { d: array<vec4f> }
 @group(0) @binding(0) var<storage, read_write> particles: Particles;
 @group(0) @binding(1) var<storage, read_write> deformations: Deformations;
-@group(0) @binding(2) var<storage, read> prestress: Prestresses;
-@group(0) @binding(3) var<storage, read> bodies: Bodies;
-@group(0) @binding(4) var<storage, read> order: Words;
-@group(0) @binding(5) var<storage, read> starts: Words;
-@group(0) @binding(6) var<storage, read> counts: Words;
-@group(0) @binding(7) var<storage, read> table: Words;
-@group(0) @binding(8) var<storage, read> list: Words;
-@group(0) @binding(9) var<storage, read> nodes: Nodes;
-@group(0) @binding(10) var<storage, read> grid: Grid;
-@group(0) @binding(11) var<storage, read_write> clock: Clock;
+@group(0) @binding(2) var<storage, read> bodies: Bodies;
+@group(0) @binding(3) var<storage, read> order: Words;
+@group(0) @binding(4) var<storage, read> starts: Words;
+@group(0) @binding(5) var<storage, read> counts: Words;
+@group(0) @binding(6) var<storage, read> table: Words;
+@group(0) @binding(7) var<storage, read> list: Words;
+@group(0) @binding(8) var<storage, read> nodes: Nodes;
+@group(0) @binding(9) var<storage, read_write> clock: Clock;
+var<immediate> grid: Grid;
 
 var<workgroup> tile: array<vec4f, TILE>;
 var<workgroup> from_slot: array<u32, 8>;
@@ -93,11 +92,21 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         let n122 = tile[at + 85u].xyz;
         let n222 = tile[at + 86u].xyz;
         let dt = clock.dt;
+        var current = NOWHERE;
+        var body: Body;
+        let origin = grid.origin;
+        let inv = 1.0 / grid.dx;
         for (var i = first; i < last; i++) {
             let index = order.d[i];
-            var p = particles.d[index];
-            if ((p.tag & PINNED) != 0u) { continue; }
-            let f = (p.x - grid.origin) / grid.dx - base_node(grid, p.x);
+            let tag = particles.d[index].tag;
+            if ((tag & PINNED) != 0u) { continue; }
+            if ((tag & BODY_MASK) != current) {    // rarely
+                current = tag & BODY_MASK;
+                body = bodies.d[current];
+            }
+            let x = particles.d[index].x;
+            let place = (x - origin) * inv;
+            let f = place - floor(place - vec3f(0.5));
             let wx = bspline(f.x);
             let wy = bspline(f.y);
             let wz = bspline(f.z);
@@ -147,9 +156,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
             vy += wz[2] * (dy.x * r20.v + dy.y * r21.v + dy.z * r22.v);
             lx += wz[2] * (wy.x * r20.g + wy.y * r21.g + wy.z * r22.g);
             ly += wz[2] * (gy.x * r20.v + gy.y * r21.v + gy.z * r22.v);
-            let inv = 1.0 / grid.dx;
-            let c = mat3x3f(vx, vy, vz) * (4.0 * inv);
-            var l = c;
+            var l = mat3x3f(vx, vy, vz) * (4.0 * inv);
             if (TRUE_GRADIENT) { l = mat3x3f(lx, ly, lz) * inv; }
             let size = dt * sqrt(dot(l[0], l[0]) + dot(l[1], l[1]) + dot(l[2], l[2]));
             if (size > MAX_STRETCH) {
@@ -163,16 +170,18 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
                 next = last_f;
                 atomicAdd(&clock.clamped_volume, 1u);
             }
-            p.x += dt * v;
-            p.v = v;
-            let rows = transpose(c);
-            p.c0 = vec4f(rows[0], 0.0);
-            p.c1 = vec4f(rows[1], 0.0);
-            p.c2 = vec4f(rows[2], 0.0);
-            var initial: Prestress;
-            if (PRESTRESS) { initial = prestress.d[index]; }
-            store_stress(&p, bodies.d[p.tag & BODY_MASK], next, def.f0.w, initial);
-            particles.d[index] = p;
+            let tau = def.f0.w * material(body.material, body, next).tau;
+            particles.d[index].x = x + dt * v;
+            particles.d[index].v = v;
+            particles.d[index].c0 = vec4f(vx.x, vy.x, vz.x, tau[0].x) * vec4f(vec3f(4.0 * inv), 1.0);
+            particles.d[index].c1 = vec4f(vx.y, vy.y, vz.y, tau[1].y) * vec4f(vec3f(4.0 * inv), 1.0);
+            particles.d[index].c2 = vec4f(vx.z, vy.z, vz.z, tau[2].z) * vec4f(vec3f(4.0 * inv), 1.0);
+            particles.d[index].s = vec4f(tau[1].x, tau[2].x, tau[2].y, 0.0);
+            // A sum is finite only if all its terms are.
+            if (!finite(next[0] + next[1] + next[2]) || !finite(tau[0] + tau[1] + tau[2])) {
+                particles.d[index].tag = tag | QUARANTINED;
+                atomicAdd(&clock.quarantined, 1u);
+            }
             deformations.d[index] = Deformation(vec4f(next[0], def.f0.w), vec4f(next[1], 0.0), vec4f(next[2], 0.0));
             top = max(top, length(v));
         }

@@ -1,4 +1,4 @@
-//! use lib/grid lib/clock lib/collider
+//! use lib/grid lib/clock lib/collider lib/particle
 // Grid update: gathers each node's momentum and mass from the tiles of up to eight blocks in a fixed order, makes
 // it a velocity, and lets it meet the obstacles. One workgroup a block of nodes.
 
@@ -11,14 +11,15 @@ struct Colliders { count: u32, d: array<Collider, 16> }
 @group(0) @binding(2) var<storage, read> list: Words;
 @group(0) @binding(3) var<storage, read> live: LiveBlocks;
 @group(0) @binding(4) var<storage, read_write> nodes: Nodes;
-@group(0) @binding(5) var<storage, read> grid: Grid;
-@group(0) @binding(6) var<storage, read_write> clock: Clock;
-@group(0) @binding(7) var<storage, read> colliders: Colliders;
+@group(0) @binding(5) var<storage, read_write> clock: Clock;
+@group(0) @binding(6) var<storage, read> colliders: Colliders;
+var<immediate> grid: Grid;
 
 // The counters, read only.
 struct LiveBlocks { blocks: u32 }
 
 var<workgroup> from_slot: array<u32, 8>;
+var<workgroup> near: array<u32, 16>;    // obstacles that may hold nodes of this block
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
@@ -34,6 +35,14 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         }
         from_slot[lane] = found;
     }
+    let dt = clock.dt;
+    let time = clock.frame_start + clock.t + dt;
+    let count = colliders.count;
+    if (lane < count) {
+        // Half the diagonal of 3 × 3 × 3 cells around the block's middle.
+        let middle = grid.origin + (vec3f(block * 4u) + vec3f(1.5)) * grid.dx;
+        near[lane] = select(0u, 1u, gap(colliders.d[lane], middle, time) <= 2.6 * grid.dx);
+    }
     workgroupBarrier();
     let l = vec3u(lane & 3u, (lane >> 2u) & 3u, lane >> 4u);
     var sum = vec4f(0.0);
@@ -47,12 +56,17 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     var v = vec3f(0.0);
     if (sum.w > 0.0) {
         v = sum.xyz / sum.w;
+        // One bad particle must not poison all it touches.
+        if (!finite(v)) {
+            v = vec3f(0.0);
+            atomicAdd(&clock.clamped_velocity, 1u);
+        }
         let x = grid.origin + vec3f(block * 4u + l) * grid.dx;
-        for (var i = 0u; i < colliders.count; i++) {
-            v = collide(colliders.d[i], x, v, clock.frame_start + clock.t + clock.dt);
+        for (var i = 0u; i < count; i++) {
+            if (near[i] != 0u) { v = collide(colliders.d[i], x, v, time); }
         }
         // Nothing may cross more than a cell in a step; a sparsely filled node can be thrown faster than that.
-        let fastest = 0.9 * grid.dx / clock.dt;
+        let fastest = 0.9 * grid.dx / dt;
         let speed = length(v);
         if (!(speed <= fastest)) {
             v *= fastest / speed;

@@ -1,4 +1,5 @@
-//! use lib/stress
+//! use lib/particle
+//! family material
 // Mass, momentum, angular momentum about the origin and energies of one body's particles, a partial sum for each
 // workgroup; the host adds them in f64.
 

@@ -13,9 +13,9 @@ struct Tiles { d: array<vec4f> }
 @group(0) @binding(3) var<storage, read> starts: Words;
 @group(0) @binding(4) var<storage, read> counts: Words;
 @group(0) @binding(5) var<storage, read_write> tiles: Tiles;
-@group(0) @binding(6) var<storage, read> grid: Grid;
-@group(0) @binding(7) var<storage, read> clock: Clock;
-@group(0) @binding(8) var<storage, read> forces: Forces;
+@group(0) @binding(6) var<storage, read> clock: Clock;
+@group(0) @binding(7) var<storage, read> forces: Forces;
+var<immediate> grid: Grid;
 
 var<workgroup> tile: array<vec4f, TILE>;
 
@@ -23,7 +23,13 @@ var<workgroup> tile: array<vec4f, TILE>;
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
     let slot = group.x;
     if (slot >= grid.capacity) { return; }
-    for (var i = lane; i < TILE; i += 64u) { tile[i] = vec4f(0.0); }
+    // Read once: the driver cannot know that nothing written here overlaps them.
+    let origin = grid.origin;
+    let dx = grid.dx;
+    let dt = clock.dt;
+    let time = clock.frame_start + clock.t;
+    let gravity = forces.gravity.xyz;
+    let field_count = forces.count;
     let first = starts.d[slot * 64u + lane];
     let last = first + counts.d[slot * 64u + lane];
     // Sums depend on their order: sort the cell's few particles by number.
@@ -63,40 +69,55 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     var n022 = vec4f(0.0);
     var n122 = vec4f(0.0);
     var n222 = vec4f(0.0);
+    // The body changes rarely from particle to particle.
+    var body = NOWHERE;
+    var fields = 0u;
     for (var i = first; i < last; i++) {
         let p = particles.d[order.d[i]];
-        let a = body_acceleration(p, bodies.d[p.tag & BODY_MASK], clock.frame_start + clock.t, clock.load);
-        let s = scatter(p, a, grid, clock.dt);
-        n000 += share(s, 0u, 0u, 0u);
-        n100 += share(s, 1u, 0u, 0u);
-        n200 += share(s, 2u, 0u, 0u);
-        n010 += share(s, 0u, 1u, 0u);
-        n110 += share(s, 1u, 1u, 0u);
-        n210 += share(s, 2u, 1u, 0u);
-        n020 += share(s, 0u, 2u, 0u);
-        n120 += share(s, 1u, 2u, 0u);
-        n220 += share(s, 2u, 2u, 0u);
-        n001 += share(s, 0u, 0u, 1u);
-        n101 += share(s, 1u, 0u, 1u);
-        n201 += share(s, 2u, 0u, 1u);
-        n011 += share(s, 0u, 1u, 1u);
-        n111 += share(s, 1u, 1u, 1u);
-        n211 += share(s, 2u, 1u, 1u);
-        n021 += share(s, 0u, 2u, 1u);
-        n121 += share(s, 1u, 2u, 1u);
-        n221 += share(s, 2u, 2u, 1u);
-        n002 += share(s, 0u, 0u, 2u);
-        n102 += share(s, 1u, 0u, 2u);
-        n202 += share(s, 2u, 0u, 2u);
-        n012 += share(s, 0u, 1u, 2u);
-        n112 += share(s, 1u, 1u, 2u);
-        n212 += share(s, 2u, 1u, 2u);
-        n022 += share(s, 0u, 2u, 2u);
-        n122 += share(s, 1u, 2u, 2u);
-        n222 += share(s, 2u, 2u, 2u);
+        if ((p.tag & BODY_MASK) != body) {
+            body = p.tag & BODY_MASK;
+            fields = bodies.d[body].fields;
+        }
+        let a = body_acceleration(p, fields, gravity, field_count, time);
+        let s = scatter(p, a, origin, dx, dt);
+        let r00 = scatter_row(s, 0u, 0u);
+        n000 += share(s, r00, 0u);
+        n100 += share(s, r00, 1u);
+        n200 += share(s, r00, 2u);
+        let r10 = scatter_row(s, 1u, 0u);
+        n010 += share(s, r10, 0u);
+        n110 += share(s, r10, 1u);
+        n210 += share(s, r10, 2u);
+        let r20 = scatter_row(s, 2u, 0u);
+        n020 += share(s, r20, 0u);
+        n120 += share(s, r20, 1u);
+        n220 += share(s, r20, 2u);
+        let r01 = scatter_row(s, 0u, 1u);
+        n001 += share(s, r01, 0u);
+        n101 += share(s, r01, 1u);
+        n201 += share(s, r01, 2u);
+        let r11 = scatter_row(s, 1u, 1u);
+        n011 += share(s, r11, 0u);
+        n111 += share(s, r11, 1u);
+        n211 += share(s, r11, 2u);
+        let r21 = scatter_row(s, 2u, 1u);
+        n021 += share(s, r21, 0u);
+        n121 += share(s, r21, 1u);
+        n221 += share(s, r21, 2u);
+        let r02 = scatter_row(s, 0u, 2u);
+        n002 += share(s, r02, 0u);
+        n102 += share(s, r02, 1u);
+        n202 += share(s, r02, 2u);
+        let r12 = scatter_row(s, 1u, 2u);
+        n012 += share(s, r12, 0u);
+        n112 += share(s, r12, 1u);
+        n212 += share(s, r12, 2u);
+        let r22 = scatter_row(s, 2u, 2u);
+        n022 += share(s, r22, 0u);
+        n122 += share(s, r22, 1u);
+        n222 += share(s, r22, 2u);
     }
     let at = (lane >> 4u) * 36u + ((lane >> 2u) & 3u) * 6u + (lane & 3u);
-    workgroupBarrier();
     tile[at + 0u] += n000;
     workgroupBarrier();
     tile[at + 1u] += n100;

@@ -12,14 +12,16 @@ struct Tiles { d: array<vec4f> }
 @group(0) @binding(3) var<storage, read> starts: Words;
 @group(0) @binding(4) var<storage, read> counts: Words;
 @group(0) @binding(5) var<storage, read_write> tiles: Tiles;
-@group(0) @binding(6) var<storage, read> grid: Grid;
-@group(0) @binding(7) var<storage, read> clock: Clock;
-@group(0) @binding(8) var<storage, read> forces: Forces;
+@group(0) @binding(6) var<storage, read> clock: Clock;
+@group(0) @binding(7) var<storage, read> forces: Forces;
+var<immediate> grid: Grid;
 
 // Momentum and mass of a node in units of a block's largest share, 2^20 steps each; 512 shares fit an i32 with room.
 const STEPS: f32 = 1048576.0;
 
 var<workgroup> tile: array<atomic<i32>, 864>;
+// Mass of pinned particles, in units PIN_MASS times as large: in those of the others nothing would be left of them.
+var<workgroup> pinned: array<atomic<i32>, TILE>;
 var<workgroup> scale_bits: atomic<u32>;
 var<workgroup> mass_bits: atomic<u32>;
 
@@ -37,19 +39,26 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     let slot = group.x;
     if (slot >= grid.capacity) { return; }
     for (var i = lane; i < 4u * TILE; i += 64u) { atomicStore(&tile[i], 0); }
+    for (var i = lane; i < TILE; i += 64u) { atomicStore(&pinned[i], 0); }
     let first = starts.d[slot * 64u];
     let last = starts.d[slot * 64u + 63u] + counts.d[slot * 64u + 63u];
+    // Read once: the driver cannot know that nothing written here overlaps them.
+    let origin = grid.origin;
+    let dx = grid.dx;
+    let dt = clock.dt;
     let time = clock.frame_start + clock.t;
+    let gravity = forces.gravity.xyz;
+    let field_count = forces.count;
     // The block's largest momentum and mass set the units; maxima do not depend on order either.
     var top = 0.0;
     var heavy = 0.0;
     for (var i = first + lane; i < last; i += 64u) {
         let p = particles.d[order.d[i]];
-        let a = body_acceleration(p, bodies.d[p.tag & BODY_MASK], time, clock.load);
-        let s = scatter(p, a, grid, clock.dt);
-        let reach = abs(s.q) + 2.0 * (abs(s.ax) + abs(s.ay) + abs(s.az)) + (clock.dt / grid.dx) * (abs(s.sx) + abs(s.sy) + abs(s.sz));
+        let a = body_acceleration(p, bodies.d[p.tag & BODY_MASK].fields, gravity, field_count, time);
+        let s = scatter(p, a, origin, dx, dt);
+        let reach = abs(s.q) + 2.0 * (abs(s.ax) + abs(s.ay) + abs(s.az)) + 1.5 * (abs(s.sx) + abs(s.sy) + abs(s.sz));
         top = max(top, max(reach.x, max(reach.y, reach.z)));
-        heavy = max(heavy, s.m);
+        heavy = max(heavy, p.m);
     }
     atomicMax(&scale_bits, bitcast<u32>(top));
     atomicMax(&mass_bits, bitcast<u32>(heavy));
@@ -61,18 +70,25 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     let to_steps = vec4f(vec3f(steps / unit), steps / weight);
     for (var i = first + lane; i < last; i += 64u) {
         let p = particles.d[order.d[i]];
-        let a = body_acceleration(p, bodies.d[p.tag & BODY_MASK], time, clock.load);
-        let s = scatter(p, a, grid, clock.dt);
+        let a = body_acceleration(p, bodies.d[p.tag & BODY_MASK].fields, gravity, field_count, time);
+        let s = scatter(p, a, origin, dx, dt);
         let local = vec3u(base_node(grid, p.x)) & vec3u(3u);
         let at = local.z * 36u + local.y * 6u + local.x;
         for (var n = 0u; n < 27u; n++) {
             let o = vec3u(n % 3u, (n / 3u) % 3u, n / 9u);
-            add(at + o.z * 36u + o.y * 6u + o.x, to_steps * share(s, o.x, o.y, o.z));
+            let node = at + o.z * 36u + o.y * 6u + o.x;
+            let given = to_steps * share(s, scatter_row(s, o.y, o.z), o.x);
+            if ((p.tag & PINNED) == 0u) {
+                add(node, given);
+            } else {
+                atomicAdd(&pinned[node], i32(round(given.w / PIN_MASS)));
+            }
         }
     }
     workgroupBarrier();
     for (var i = lane; i < TILE; i += 64u) {
         let n = vec4f(vec4i(atomicLoad(&tile[4u * i]), atomicLoad(&tile[4u * i + 1u]), atomicLoad(&tile[4u * i + 2u]), atomicLoad(&tile[4u * i + 3u])));
-        tiles.d[slot * TILE + i] = n / to_steps;
+        let held = vec4f(0.0, 0.0, 0.0, PIN_MASS * f32(atomicLoad(&pinned[i])));
+        tiles.d[slot * TILE + i] = (n + held) / to_steps;
     }
 }

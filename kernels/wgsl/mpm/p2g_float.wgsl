@@ -12,9 +12,9 @@ struct Tiles { d: array<atomic<f32>> }
 @group(0) @binding(3) var<storage, read> starts: Words;
 @group(0) @binding(4) var<storage, read> counts: Words;
 @group(0) @binding(5) var<storage, read_write> tiles: Tiles;
-@group(0) @binding(6) var<storage, read> grid: Grid;
-@group(0) @binding(7) var<storage, read> clock: Clock;
-@group(0) @binding(8) var<storage, read> forces: Forces;
+@group(0) @binding(6) var<storage, read> clock: Clock;
+@group(0) @binding(7) var<storage, read> forces: Forces;
+var<immediate> grid: Grid;
 
 // Sums x over the run of lanes with the same cell that ends in each lane (a segmented scan, Hillis & Steele 1986).
 fn run_sum(x: vec4f, run: u32, lanes: u32) -> vec4f {
@@ -39,13 +39,19 @@ fn main(
     storageBarrier();
     let first = starts.d[slot * 64u];
     let last = starts.d[slot * 64u + 63u] + counts.d[slot * 64u + 63u];
+    // Read once: the driver cannot know that nothing written here overlaps them.
+    let origin = grid.origin;
+    let dx = grid.dx;
+    let dt = clock.dt;
     let time = clock.frame_start + clock.t;
+    let gravity = forces.gravity.xyz;
+    let field_count = forces.count;
     for (var round = first; round < last; round += 64u) {
         let i = round + lane;
         let here = i < last;
         let p = particles.d[order.d[min(i, last - 1u)]];
-        let a = body_acceleration(p, bodies.d[p.tag & BODY_MASK], time, clock.load);
-        let s = scatter(p, a, grid, clock.dt);
+        let a = body_acceleration(p, bodies.d[p.tag & BODY_MASK].fields, gravity, field_count, time);
+        let s = scatter(p, a, origin, dx, dt);
         let local = vec3u(base_node(grid, p.x)) & vec3u(3u);
         var cell = local.z * 36u + local.y * 6u + local.x;
         if (!here) { cell = TILE; }
@@ -59,7 +65,7 @@ fn main(
         let ends = here && (me == lanes - 1u || after != cell);
         for (var n = 0u; n < 27u; n++) {
             let o = vec3u(n % 3u, (n / 3u) % 3u, n / 9u);
-            let sum = run_sum(select(vec4f(0.0), share(s, o.x, o.y, o.z), here), run, lanes);
+            let sum = run_sum(select(vec4f(0.0), share(s, scatter_row(s, o.y, o.z), o.x), here), run, lanes);
             if (ends) {
                 let at = 4u * (slot * TILE + cell + o.z * 36u + o.y * 6u + o.x);
                 atomicAdd(&tiles.d[at], sum.x);

@@ -1,0 +1,137 @@
+//! The command line as data. Does not know what the commands do.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use physvideo::scene::Until;
+
+use crate::progress::ProgressMode;
+
+const EXIT_CODES: &str = "\
+Exit codes: 0 done, 1 internal fault, 2 scene, usage or input data, 3 device or memory, 4 model, 5 numeric trouble, \
+7 output cannot be written, 130 interrupted.";
+
+/// Photographs and meshes to simulated, point-rendered video.
+#[derive(Debug, Parser)]
+#[command(name = "physvideo-engine", version, about, after_help = EXIT_CODES)]
+#[command(args_conflicts_with_subcommands = true, arg_required_else_help = true)]
+pub struct Cli {
+    /// What to do; without it `--scene` runs a scene.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// Run this scene.
+    #[arg(long, value_name = "SCENE")]
+    pub scene: Option<PathBuf>,
+    /// How to run it.
+    #[command(flatten)]
+    pub options: RunOptions,
+}
+
+/// A command.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Run a scene and write what it asks for.
+    Run {
+        /// Scene file (TOML).
+        scene: PathBuf,
+        /// How to run it.
+        #[command(flatten)]
+        options: RunOptions,
+    },
+    /// Say what a run would do: stages, those skipped and why, particles, substeps, memory. Writes nothing.
+    Plan {
+        /// Scene file (TOML).
+        scene: PathBuf,
+        /// What the scene says otherwise.
+        #[command(flatten)]
+        overrides: Overrides,
+        /// Device to plan for: index or part of a name.
+        #[arg(long, value_name = "NAME|INDEX")]
+        device: Option<String>,
+    },
+    /// Find everything that is wrong with a scene and its files, without a device.
+    Check {
+        /// Scene file (TOML).
+        scene: PathBuf,
+    },
+    /// Print the JSON Schema of scene files, for editors.
+    Schema,
+    /// List the Vulkan devices.
+    Devices {
+        /// As JSON.
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+/// What a command line says in place of the scene.
+#[derive(Debug, Clone, Default, Args)]
+pub struct Overrides {
+    /// Seed of every random stream.
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
+    /// Number of frames.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub frames: Option<u32>,
+    /// The last thing that is made; what it does not need is skipped.
+    #[arg(long, value_name = "WHAT")]
+    pub output: Option<Last>,
+}
+
+/// Options of a run.
+#[derive(Debug, Clone, Default, Args)]
+pub struct RunOptions {
+    /// Folder of the results [default: out/<name of the scene>].
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Vulkan device: index or part of a name [default: the first discrete GPU, else the first].
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub device: Option<String>,
+    /// What the scene says otherwise.
+    #[command(flatten)]
+    pub overrides: Overrides,
+    /// Say nothing but warnings and errors.
+    #[arg(long, conflicts_with = "json_progress")]
+    pub quiet: bool,
+    /// Progress as lines of JSON on standard error.
+    #[arg(long)]
+    pub json_progress: bool,
+    /// Run under the Vulkan validation layer and fail on any message of it.
+    #[arg(long)]
+    pub validate: bool,
+}
+
+impl RunOptions {
+    /// How progress is told.
+    pub fn progress(&self) -> ProgressMode {
+        match (self.quiet, self.json_progress) {
+            (true, _) => ProgressMode::Quiet,
+            (_, true) => ProgressMode::Json,
+            _ => ProgressMode::Auto,
+        }
+    }
+}
+
+/// The last thing that is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Last {
+    /// Simulate; report only.
+    State,
+    /// Also write points.
+    Points,
+    /// Also draw frames.
+    Frames,
+    /// Also encode the video.
+    Video,
+}
+
+impl From<Last> for Until {
+    fn from(last: Last) -> Self {
+        match last {
+            Last::State => Until::State,
+            Last::Points => Until::Points,
+            Last::Frames => Until::Frames,
+            Last::Video => Until::Video,
+        }
+    }
+}

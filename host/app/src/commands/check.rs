@@ -1,0 +1,22 @@
+//! `check`: everything that can be found wrong with a scene and its files without a device.
+
+use std::path::Path;
+
+use physvideo::assemble::assemble;
+
+use super::print;
+use crate::cli::Overrides;
+use crate::device;
+use crate::error::AppError;
+use crate::load::Loaded;
+
+pub(super) fn check(path: &Path) -> Result<(), AppError> {
+    let loaded = Loaded::open(path, &Overrides::default())?;
+    let plan = loaded.plan();
+    let mut inputs = loaded.inputs(&plan)?;
+    inputs.memory = device::host_memory();
+    let assembled = assemble(&loaded.scene, &inputs, &plan).map_err(|p| loaded.locate(vec![p]))?;
+    let particles: usize = assembled.world.bodies.iter().map(|b| b.positions.len()).sum();
+    print(&format!("{}: ok, {} objects, {particles} particles", path.display(), loaded.scene.objects.len()));
+    Ok(())
+}

@@ -1,0 +1,85 @@
+//! `plan`: what a run would do and take, as a table. Writes nothing and compiles nothing.
+
+use std::path::Path;
+
+use physvideo::assemble::assemble;
+use physvideo::estimate::{Estimate, estimate};
+use physvideo::plan::Plan;
+use physvideo_gpu::{DeviceInfo, Feature, GpuError, kernels};
+
+use super::print;
+use crate::cli::Overrides;
+use crate::device;
+use crate::error::AppError;
+use crate::load::Loaded;
+
+pub(super) fn plan(path: &Path, overrides: &Overrides, asked: Option<&str>) -> Result<(), AppError> {
+    let loaded = Loaded::open(path, overrides)?;
+    let plan = loaded.plan();
+    // Planning goes without a device; one that was asked for by name must be there.
+    let device = match physvideo_gpu::choose_device(asked) {
+        Err(e @ GpuError::UnknownDevice { .. }) => return Err(e.into()),
+        found => found,
+    };
+    let mut inputs = loaded.inputs(&plan)?;
+    inputs.memory = device.as_ref().map_or_else(|_| device::host_memory(), |d| Some(device::available(d)));
+    let assembled = assemble(&loaded.scene, &inputs, &plan).map_err(|p| loaded.locate(vec![p]))?;
+    let has = |f: Feature| device.as_ref().is_ok_and(|d| d.features.contains(&f));
+    let two_pass = !(has(Feature::Int64) && has(Feature::Int64Atomic));
+    let estimate = estimate(&loaded.scene, &assembled, &plan, two_pass);
+
+    print(&stages(&plan));
+    for body in &assembled.world.bodies {
+        print(&format!("{:<12} {} particles", body.name, body.positions.len()));
+    }
+    print(&numbers(&loaded, &plan, &estimate));
+    print(&memory(&estimate, device));
+    Ok(())
+}
+
+fn stages(plan: &Plan) -> String {
+    let line = |stage: &physvideo::plan::Planned| match &stage.skipped {
+        None => format!("{:<12} run      {}", stage.name, stage.what),
+        Some(reason) => format!("{:<12} skipped  {reason}", stage.name),
+    };
+    plan.stages.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+fn numbers(loaded: &Loaded, plan: &Plan, estimate: &Estimate) -> String {
+    let Estimate { particles, points, substeps, .. } = estimate;
+    let frames = loaded.scene.output.frames;
+    let mut lines = Vec::new();
+    if plan.runs("simulate") {
+        // The first frame is the start itself.
+        let all = substeps * f64::from(frames.saturating_sub(1));
+        lines.push(format!("{:<12} {particles} in all, about {substeps} substeps a frame, {all} in all", "particles"));
+    }
+    if plan.runs("render") {
+        lines.push(format!("{:<12} {frames} frames of {points} points", "drawing"));
+    }
+    lines.push(format!("{:<12} at most {} are compiled", "pipelines", most_pipelines(plan)));
+    lines.join("\n")
+}
+
+/// Kernels in the folders of the stages that run; variants that a scene does not use are not compiled.
+fn most_pipelines(plan: &Plan) -> usize {
+    let used = |folder: &str| match folder {
+        "cells" | "mpm" => plan.runs("simulate"),
+        "points" => plan.runs("render"),
+        _ => false,
+    };
+    kernels::KERNELS.iter().filter(|k| k.name.split_once('/').is_some_and(|(folder, _)| used(folder))).count()
+}
+
+fn memory(estimate: &Estimate, device: Result<DeviceInfo, GpuError>) -> String {
+    let Estimate { bytes, simulation_bytes, drawing_bytes, .. } = estimate;
+    let need = format!("{bytes} bytes ({simulation_bytes} simulation, {drawing_bytes} drawing)");
+    match device {
+        Ok(info) => {
+            let available = device::available(&info);
+            let verdict = if *bytes <= available { "fits" } else { "does not fit" };
+            format!("{:<12} {need}, {verdict} in {available} bytes on {}", "memory", info.name)
+        }
+        Err(e) => format!("{:<12} {need}; not compared: {e}", "memory"),
+    }
+}

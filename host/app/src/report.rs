@@ -1,0 +1,249 @@
+//! What `report.json` says, as data. Does not know how a run finds it out.
+
+use std::time::Instant;
+
+use physvideo::plan::Plan;
+use physvideo::stages::mpm::{FrameStats, Measure};
+use serde::Serialize;
+
+use crate::device::DeviceEntry;
+use crate::io::write::OutputFile;
+
+/// Version of the layout; a change that breaks readers raises it.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// Still running: a report is never left like this.
+    #[default]
+    Running,
+    /// Everything was made.
+    Ok,
+    /// The user stopped it; finished files are whole.
+    Interrupted,
+    /// An error ended it; finished files are whole.
+    Failed,
+}
+
+/// One run.
+#[derive(Debug, Default, Serialize)]
+pub struct Report {
+    /// [`SCHEMA_VERSION`].
+    pub schema_version: u32,
+    /// Name and version of the program.
+    pub program: String,
+    /// How it ended.
+    pub status: Status,
+    /// Why, when it did not end well.
+    pub message: Option<String>,
+    /// What was noticed: clamps, lost particles.
+    pub warnings: Vec<String>,
+    /// Scene file as named on the command line.
+    pub scene: String,
+    /// SHA-256 of the scene file.
+    pub scene_sha256: String,
+    /// Seed of every random stream.
+    pub seed: u64,
+    /// Whether the same run gives the same bits on this device.
+    pub deterministic: bool,
+    /// Absent when nothing in the plan needs a device.
+    pub device: Option<DeviceEntry>,
+    /// Stages and why some are skipped.
+    pub plan: Vec<PlanEntry>,
+    /// Time each took.
+    pub stages: Vec<StageTime>,
+    /// Particles of each simulated object.
+    pub particles: Vec<ObjectCount>,
+    /// Frames finished.
+    pub frames: u32,
+    /// Frames asked for.
+    pub frames_asked: u32,
+    /// Frames per second.
+    pub fps: f32,
+    /// Size of the frames [px].
+    pub size: Option<[u32; 2]>,
+    /// Substeps taken, those of rejected attempts included.
+    pub substeps: u64,
+    /// Substeps' sizes [s].
+    pub dt: Option<Range>,
+    /// Limits that were hit.
+    pub clamps: Clamps,
+    /// Sums over each simulated object at the start and the end.
+    pub conservation: Vec<Conservation>,
+    /// Device memory.
+    pub memory: Memory,
+    /// Kernels compiled, once per variant.
+    pub pipelines: Vec<String>,
+    /// Files written, in order, by their path in the output folder.
+    pub outputs: Vec<OutputFile>,
+    /// Simulated time [s].
+    pub simulated_s: f64,
+    /// Wall time of the whole run [s].
+    pub wall_s: f64,
+    /// Wall time of the stage `simulate` for each simulated second.
+    pub simulate_wall_s_per_simulated_s: Option<f64>,
+}
+
+/// A stage of the plan.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct PlanEntry {
+    /// Its name.
+    pub stage: String,
+    /// Whether it was left out.
+    pub skipped: bool,
+    /// Why it was left out.
+    pub reason: Option<String>,
+}
+
+/// Time of a stage.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StageTime {
+    /// Its name.
+    pub name: String,
+    /// Wall time [ms].
+    pub wall_ms: f64,
+}
+
+/// A number of things of an object.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct ObjectCount {
+    /// Its name.
+    pub object: String,
+    /// How many.
+    pub count: u64,
+}
+
+/// Least and greatest of a number.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Range {
+    /// Least.
+    pub min: f32,
+    /// Greatest.
+    pub max: f32,
+}
+
+/// Limits that were hit, summed over the run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Clamps {
+    /// Grid nodes slowed down to the speed limit.
+    pub velocity: u64,
+    /// Particle updates whose stretch was limited.
+    pub strain: u64,
+    /// Particle updates whose compression was refused.
+    pub volume: u64,
+    /// Attempts at a frame that were taken back and repeated with half the step.
+    pub rejected: u64,
+    /// Particles taken out: not finite, or outside the grid.
+    pub quarantined: u64,
+}
+
+/// What should change only as physics says.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Conservation {
+    /// Name of the object.
+    pub object: String,
+    /// At the start.
+    pub start: Sums,
+    /// After the last frame.
+    pub end: Sums,
+}
+
+/// Sums over one object.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Sums {
+    /// [kg].
+    pub mass: f64,
+    /// [kg m/s].
+    pub momentum: [f64; 3],
+    /// Kinetic energy [J].
+    pub kinetic: f64,
+    /// Elastic energy [J].
+    pub elastic: f64,
+    /// Energy in the vertical part of gravity, 0 at z = 0 [J].
+    pub potential: f64,
+}
+
+impl Sums {
+    /// From what the solver measured, under `gravity` [m/s²].
+    pub fn new(m: &Measure, gravity: [f32; 3]) -> Self {
+        let potential = -f64::from(gravity[2]) * m.height;
+        Self { mass: m.mass, momentum: m.momentum, kinetic: m.kinetic, elastic: m.elastic, potential }
+    }
+
+    /// False when a sum is NaN or infinite.
+    pub fn finite(&self) -> bool {
+        let [x, y, z] = self.momentum;
+        [self.mass, x, y, z, self.kinetic, self.elastic, self.potential].iter().all(|v| v.is_finite())
+    }
+}
+
+/// Device memory [bytes].
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct Memory {
+    /// Said before anything was allocated.
+    pub predicted: u64,
+    /// Most in use at once.
+    pub peak: u64,
+    /// What the device had.
+    pub available: u64,
+    /// Buffers in use at the end.
+    pub buffers: usize,
+}
+
+impl Report {
+    /// The stages of a plan.
+    pub fn plan_of(plan: &Plan) -> Vec<PlanEntry> {
+        let entry = |s: &physvideo::plan::Planned| PlanEntry {
+            stage: s.name.into(),
+            skipped: s.skipped.is_some(),
+            reason: s.skipped.clone(),
+        };
+        plan.stages.iter().map(entry).collect()
+    }
+
+    /// Adds what happened in a frame.
+    pub fn count(&mut self, stats: &FrameStats) {
+        self.substeps += u64::from(stats.substeps);
+        self.clamps.velocity += u64::from(stats.clamped_velocity);
+        self.clamps.strain += u64::from(stats.clamped_strain);
+        self.clamps.volume += u64::from(stats.clamped_volume);
+        self.clamps.rejected += u64::from(stats.rejected);
+        self.clamps.quarantined += u64::from(stats.quarantined);
+        if stats.substeps > 0 {
+            let (min, max) = stats.dt;
+            let so_far = self.dt.unwrap_or(Range { min, max });
+            self.dt = Some(Range { min: so_far.min.min(min), max: so_far.max.max(max) });
+        }
+    }
+
+    /// Adds the time since `begun` to a stage.
+    pub fn took(&mut self, stage: &str, begun: Instant) {
+        self.add_ms(stage, begun.elapsed().as_secs_f64() * 1e3);
+    }
+
+    /// Adds time to a stage [ms].
+    pub fn add_ms(&mut self, stage: &str, ms: f64) {
+        match self.stages.iter_mut().find(|s| s.name == stage) {
+            Some(s) => s.wall_ms += ms,
+            None => self.stages.push(StageTime { name: stage.into(), wall_ms: ms }),
+        }
+    }
+
+    /// What a user should know of the clamps, in plain words.
+    pub fn warn_of_clamps(&mut self) {
+        let c = self.clamps;
+        for (count, what) in [
+            (c.quarantined, "particles were taken out: they left the grid's domain or were no longer finite"),
+            (c.velocity, "grid nodes were slowed down to one cell a substep"),
+            (c.strain, "particle updates were limited to a stretch of one half in a substep"),
+            (c.volume, "particle updates were kept from compressing below a twentieth of the volume"),
+            (c.rejected, "attempts at a frame were taken back and repeated with half the step"),
+        ] {
+            if count > 0 {
+                self.warnings.push(format!("{count} {what}"));
+            }
+        }
+    }
+}

@@ -1,0 +1,361 @@
+//! `run`: a scene to files. Drives the animation frame by frame; knows neither how it is made nor how files look.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use physvideo::animate::Animation;
+use physvideo::assemble::{Assembled, assemble};
+use physvideo::estimate::estimate;
+use physvideo::plan::Plan;
+use physvideo::scene::{PointFormat, Scene, Until};
+use physvideo::stages::mpm::{FrameStats, Method};
+use physvideo_gpu::{Feature, Gpu, Options};
+
+use crate::cli::RunOptions;
+use crate::commands::print;
+use crate::device::{self, DeviceEntry};
+use crate::error::AppError;
+use crate::interrupt::Interrupt;
+use crate::io::write::{EncoderThread, OutputFile, WholeFile, create_folder, write_json};
+use crate::load::Loaded;
+use crate::progress::Progress;
+use crate::report::{Conservation, ObjectCount, Report, SCHEMA_VERSION, Status, Sums};
+use crate::writer::{Job, Writer};
+
+const VIDEO: &str = "video.mp4";
+const REPORT: &str = "report.json";
+
+/// Runs a scene.
+///
+/// # Errors
+/// Whatever ended the run early. From the first frame on, finished files and a report of them are left.
+pub fn run(path: &Path, options: &RunOptions) -> Result<(), AppError> {
+    let begun = Instant::now();
+    let loaded = Loaded::open(path, &options.overrides)?;
+    let plan = loaded.plan();
+    let out = options.out.clone().unwrap_or_else(|| default_out(path));
+    writable(&out)?;
+    let progress = Progress::new(options.progress());
+    let interrupt = Interrupt::listen()?;
+    let mut report = Report {
+        schema_version: SCHEMA_VERSION,
+        program: concat!("physvideo-engine ", env!("CARGO_PKG_VERSION")).into(),
+        scene: path.display().to_string(),
+        scene_sha256: loaded.sha256(),
+        seed: loaded.scene.seed,
+        plan: Report::plan_of(&plan),
+        frames_asked: loaded.scene.output.frames,
+        fps: loaded.scene.output.fps,
+        ..Report::default()
+    };
+
+    // The device comes before the work on the photograph, so that a missing one is told at once.
+    let gpu = if plan.runs("simulate") || plan.runs("render") {
+        let asked = Options { device: options.device.clone(), validation: options.validate, ..Options::default() };
+        Some(Gpu::new(asked)?)
+    } else {
+        None
+    };
+    let since = Instant::now();
+    let mut inputs = loaded.inputs(&plan)?;
+    report.took("photo", since);
+    if let Some(gpu) = &gpu {
+        report.device = Some(DeviceEntry::from(&gpu.info));
+        report.memory.available = device::available(&gpu.info);
+        inputs.memory = Some(report.memory.available);
+    }
+    let assembled = assemble(&loaded.scene, &inputs, &plan).map_err(|problem| loaded.locate(vec![problem]))?;
+    drop(inputs);
+    for (stage, ms) in &assembled.wall_ms {
+        report.add_ms(stage, *ms);
+    }
+    for (body, object) in assembled.world.bodies.iter().zip(&assembled.object_of) {
+        let count = body.positions.len() as u64;
+        report.particles.push(ObjectCount { object: loaded.scene.objects[*object].name.clone(), count });
+    }
+    report.size = plan.runs("render").then_some([assembled.size.0, assembled.size.1]);
+
+    let mut clip = Clip { scene: &loaded.scene, plan: &plan, assembled: &assembled, out: &out, report, progress };
+    let ended = match &gpu {
+        Some(gpu) => clip.check_memory(gpu).and_then(|()| {
+            remove_earlier(&out);
+            Ok(clip.play(gpu, &interrupt))
+        })?,
+        None => {
+            remove_earlier(&out);
+            Ok(())
+        }
+    };
+    clip.close(ended, gpu.as_ref(), begun, options.quiet)
+}
+
+/// `out/<name of the scene>`.
+fn default_out(scene: &Path) -> PathBuf {
+    Path::new("out").join(scene.file_stem().unwrap_or("scene".as_ref()))
+}
+
+/// Makes the output folder and refuses one that cannot be written, before any work is done.
+fn writable(out: &Path) -> Result<(), AppError> {
+    create_folder(out)?;
+    WholeFile::create(&out.join(REPORT)).map(drop).map_err(AppError::from)
+}
+
+/// Takes away what an earlier run left under the names this one uses, so that no folder mixes two runs.
+fn remove_earlier(out: &Path) {
+    let ours = |name: &str| {
+        let number = name.strip_prefix("frame_").and_then(|rest| rest.split_once('.'));
+        number.is_some_and(|(n, e)| {
+            n.len() >= 5 && n.bytes().all(|b| b.is_ascii_digit()) && matches!(e, "png" | "exr" | "npz" | "ply")
+        })
+    };
+    for folder in ["frames", "points"] {
+        for entry in std::fs::read_dir(out.join(folder)).into_iter().flatten().flatten() {
+            if entry.file_name().to_str().is_some_and(ours) {
+                // A file that stays is replaced or refused when its frame is written.
+                let _ = std::fs::remove_file(entry.path());
+            }
+        }
+    }
+    for name in [VIDEO, REPORT] {
+        let _ = std::fs::remove_file(out.join(name));
+    }
+}
+
+/// A run from its first frame on.
+struct Clip<'a> {
+    scene: &'a Scene,
+    plan: &'a Plan,
+    assembled: &'a Assembled,
+    out: &'a Path,
+    report: Report,
+    progress: Progress,
+}
+
+impl Clip<'_> {
+    /// Refuses what does not fit, before anything is allocated.
+    fn check_memory(&mut self, gpu: &Gpu) -> Result<(), AppError> {
+        let two_pass = !(gpu.has(Feature::Int64Atomic) && gpu.has(Feature::Int64));
+        let estimate = estimate(self.scene, self.assembled, self.plan, two_pass);
+        let available = self.report.memory.available;
+        self.report.memory.predicted = estimate.bytes;
+        if estimate.bytes > available {
+            return Err(AppError::Memory { need: estimate.bytes, available, device: gpu.info.name.clone() });
+        }
+        let particles: u64 = self.report.particles.iter().map(|p| p.count).sum();
+        self.progress.note(&format!(
+            "{} bodies, {particles} particles, {} MiB on {}",
+            self.report.particles.len(),
+            estimate.bytes.div_ceil(1 << 20),
+            gpu.info.name
+        ));
+        Ok(())
+    }
+
+    /// Simulates, draws and hands over every frame.
+    fn play(&mut self, gpu: &Gpu, interrupt: &Interrupt) -> Result<(), AppError> {
+        let deterministic = self.scene.simulation.deterministic;
+        let method = Method { deterministic, ..Method::default() };
+        let mut animation = Animation::new(gpu, self.scene, self.assembled, self.plan, method)?;
+        for (stage, ms) in &animation.wall_ms {
+            self.report.add_ms(stage, *ms);
+        }
+        self.report.deterministic = animation.deterministic();
+        let start = self.measure(&animation)?;
+        let points = self.points();
+        if points.is_some() {
+            create_folder(&self.out.join("points"))?;
+        }
+        if self.plan.runs("render") {
+            create_folder(&self.out.join("frames"))?;
+        }
+        let mut writer = Writer::spawn(self.out)?;
+        let mut encoder = match self.plan.runs("encode") {
+            true => {
+                let (width, height) = self.assembled.size;
+                Some(EncoderThread::spawn(&self.out.join(VIDEO), width, height, f64::from(self.report.fps))?)
+            }
+            false => None,
+        };
+        let played = self.frames(&mut animation, interrupt, points, &mut writer, &mut encoder);
+        // Whatever happened, what was finished is kept.
+        let since = Instant::now();
+        let written = writer.finish();
+        self.report.outputs = written.files;
+        self.report.took("write", since);
+        let encoded = self.finish_video(encoder);
+        self.report.simulated_s = animation.mpm.as_ref().map_or(0.0, |m| m.time());
+        let end = self.measure(&animation);
+        if let Some(failure) = written.failure {
+            return Err(failure.into());
+        }
+        played?;
+        encoded?;
+        self.conserve(start, end?);
+        self.check_finite(&animation)
+    }
+
+    fn points(&self) -> Option<PointFormat> {
+        self.plan.runs("points").then(|| self.scene.output.points.unwrap_or(PointFormat::Npz))
+    }
+
+    fn frames(
+        &mut self,
+        animation: &mut Animation,
+        interrupt: &Interrupt,
+        points: Option<PointFormat>,
+        writer: &mut Writer,
+        encoder: &mut Option<EncoderThread>,
+    ) -> Result<(), AppError> {
+        let total = self.scene.output.frames;
+        let mut task = self.progress.task("frames", u64::from(total));
+        for frame in 0..total {
+            let since = Instant::now();
+            let stats = animation.advance()?;
+            self.report.took("simulate", since);
+            self.report.count(&stats);
+            self.check_frame(animation, frame, &stats)?;
+            if let Some(format) = points {
+                let since = Instant::now();
+                let (positions, velocities, bodies) = animation.particles()?;
+                let ids = bodies.iter().map(|b| self.assembled.object_of[*b as usize] as u32 + 1).collect();
+                let colors = self.assembled.colors.iter().map(|c| c.map(byte)).collect();
+                writer.push(Job::Points { frame, format, positions, velocities, colors, ids });
+                self.report.took("points", since);
+            }
+            let since = Instant::now();
+            if let Some(image) = animation.draw()? {
+                self.report.took("render", since);
+                let since = Instant::now();
+                if let Some(encoder) = encoder {
+                    encoder.push(image.rgb.clone())?;
+                }
+                self.report.took("encode", since);
+                let size = (image.width, image.height);
+                let layers = image.depth.zip(image.ids);
+                let since = Instant::now();
+                if !writer.push(Job::Picture { frame, size, rgb: image.rgb, layers }) {
+                    // The writer's own failure is told by whoever ends it.
+                    return Ok(());
+                }
+                self.report.took("write", since);
+            }
+            self.report.frames = frame + 1;
+            task.advance(1);
+            if interrupt.asked() && frame + 1 < total {
+                return Err(AppError::Interrupted { frames: frame + 1, total, out: self.out.into() });
+            }
+        }
+        task.finish();
+        Ok(())
+    }
+
+    /// A body of which nothing is left ends the run: what follows would be frames of nothing.
+    fn check_frame(&self, animation: &Animation, frame: u32, stats: &FrameStats) -> Result<(), AppError> {
+        let Some(mpm) = animation.mpm.as_ref().filter(|_| stats.quarantined > 0) else { return Ok(()) };
+        for (index, particles) in self.report.particles.iter().enumerate() {
+            let lost = u64::from(mpm.measure(index).map_err(AppError::Gpu)?.quarantined);
+            if lost >= particles.count {
+                return Err(AppError::Numeric(format!(
+                    "object '{}' is lost in frame {frame}: all of its {lost} particles left the grid's domain or are no \
+                     longer finite. Lower simulation.courant (or remove simulation.force_dt), enlarge \
+                     simulation.domain, or give it something to land on",
+                    particles.object
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    fn measure(&self, animation: &Animation) -> Result<Vec<Sums>, AppError> {
+        let Some(mpm) = &animation.mpm else { return Ok(Vec::new()) };
+        (0..self.report.particles.len())
+            .map(|index| Ok(Sums::new(&mpm.measure(index).map_err(AppError::Gpu)?, self.scene.gravity)))
+            .collect()
+    }
+
+    fn conserve(&mut self, start: Vec<Sums>, end: Vec<Sums>) {
+        let names = self.report.particles.iter().map(|p| p.object.clone());
+        self.report.conservation = names
+            .zip(start.into_iter().zip(end))
+            .map(|(object, (start, end))| Conservation { object, start, end })
+            .collect();
+    }
+
+    /// Sums and positions are numbers; a body of which they are not is named.
+    fn check_finite(&self, animation: &Animation) -> Result<(), AppError> {
+        let broken = |object: &str| {
+            AppError::Numeric(format!(
+                "object '{object}' is no longer finite after {} frames. Lower simulation.courant (or remove \
+                 simulation.force_dt), or make the material softer",
+                self.report.frames
+            ))
+        };
+        if let Some(c) = self.report.conservation.iter().find(|c| !c.end.finite()) {
+            return Err(broken(&c.object));
+        }
+        let (positions, _, bodies) = animation.particles()?;
+        let lost = positions.iter().zip(&bodies).find(|(x, _)| x.iter().any(|c| !c.is_finite()));
+        match lost.and_then(|(_, body)| self.report.particles.get(*body as usize)) {
+            Some(p) => Err(broken(&p.object)),
+            None => Ok(()),
+        }
+    }
+
+    /// Ends the video with the frames there are; one without frames is no video.
+    fn finish_video(&mut self, encoder: Option<EncoderThread>) -> Result<(), AppError> {
+        let Some(encoder) = encoder else { return Ok(()) };
+        if self.report.frames == 0 {
+            return Ok(());
+        }
+        let since = Instant::now();
+        encoder.finish()?;
+        self.report.outputs.push(OutputFile::of(self.out, &self.out.join(VIDEO))?);
+        self.report.took("encode", since);
+        Ok(())
+    }
+
+    /// Writes the report, tells what a user should know and passes on how the run ended.
+    fn close(
+        mut self,
+        ended: Result<(), AppError>,
+        gpu: Option<&Gpu>,
+        begun: Instant,
+        quiet: bool,
+    ) -> Result<(), AppError> {
+        if let Some(gpu) = gpu {
+            self.report.pipelines = gpu.compiled().into_iter().map(str::to_owned).collect();
+            self.report.memory.peak = gpu.memory_used().1;
+            self.report.memory.buffers = gpu.buffers().len();
+        }
+        let messages = gpu.map(Gpu::messages).unwrap_or_default();
+        let ended = ended.and(if messages.is_empty() { Ok(()) } else { Err(AppError::Validation(messages)) });
+        self.report.status = match &ended {
+            Ok(()) => Status::Ok,
+            Err(AppError::Interrupted { .. }) => Status::Interrupted,
+            Err(_) => Status::Failed,
+        };
+        self.report.message = ended.as_ref().err().map(ToString::to_string);
+        self.report.warn_of_clamps();
+        self.report.wall_s = begun.elapsed().as_secs_f64();
+        let simulate = self.report.stages.iter().find(|s| s.name == "simulate").map(|s| s.wall_ms / 1e3);
+        self.report.simulate_wall_s_per_simulated_s =
+            simulate.filter(|_| self.report.simulated_s > 0.0).map(|s| s / self.report.simulated_s);
+        for warning in &self.report.warnings {
+            eprintln!("warning: {warning}");
+        }
+        let path = self.out.join(REPORT);
+        let written = write_json(&path, &self.report);
+        // What ended the run says more than a report that could not be written after it.
+        ended?;
+        written?;
+        if !quiet {
+            let result = if self.plan.until == Until::Video { self.out.join(VIDEO) } else { path };
+            print(&format!("{} ({} frames, {:.1} s)", result.display(), self.report.frames, self.report.wall_s));
+        }
+        Ok(())
+    }
+}
+
+fn byte(value: f32) -> u8 {
+    (value.clamp(0.0, 1.0) * 255.0).round() as u8
+}

@@ -1,0 +1,146 @@
+//! What the `cells` kernels together promise, worked out on the host: active blocks, cells and an order of particles.
+//! Knows what a cell is, and nothing of stress or motion.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use physvideo_gpu::kernels::{Grid, Particle};
+
+use super::cloud::QUARANTINED;
+use crate::random::Random;
+
+/// Key of a particle that is in no cell.
+pub const NOWHERE: u32 = u32::MAX;
+/// Nodes a block's particles reach.
+pub const TILE: usize = 216;
+
+/// First node reached along each axis, when all nodes reached lie inside the grid.
+///
+/// A quadratic B-spline at x reaches the nodes closer than 1.5 dx: the first is ⌊(x − origin)/dx − ½⌋.
+pub fn base(grid: &Grid, x: [f32; 3]) -> Option<[u32; 3]> {
+    let mut node = [0; 3];
+    for axis in 0..3 {
+        let first = ((f64::from(x[axis]) - f64::from(grid.origin[axis])) / f64::from(grid.dx) - 0.5).floor();
+        let last = f64::from(grid.blocks[axis] * 4) - 1.0;
+        if !(first >= 0.0 && first + 2.0 <= last) {
+            return None;
+        }
+        node[axis] = first as u32;
+    }
+    Some(node)
+}
+
+/// Block · 64 + cell, or [`NOWHERE`] for a particle that is quarantined, not finite or outside the grid.
+pub fn key(grid: &Grid, p: &Particle) -> u32 {
+    let sound = p.tag & QUARANTINED == 0 && p.x.iter().chain(&p.v).all(|c| c.is_finite());
+    let Some(node) = base(grid, p.x).filter(|_| sound) else { return NOWHERE };
+    let block = index(grid, node.map(|n| n / 4));
+    let cell = (node[2] % 4) * 16 + (node[1] % 4) * 4 + node[0] % 4;
+    block * 64 + cell
+}
+
+/// Index of a block.
+pub fn index(grid: &Grid, b: [u32; 3]) -> u32 {
+    (b[2] * grid.blocks[1] + b[1]) * grid.blocks[0] + b[0]
+}
+
+/// Coordinates of a block.
+pub fn coordinates(grid: &Grid, block: u32) -> [u32; 3] {
+    let [x, y, _] = grid.blocks;
+    [block % x, block / x % y, block / (x * y)]
+}
+
+/// The block and its upper neighbours inside the grid.
+pub fn reached(grid: &Grid, block: u32) -> Vec<u32> {
+    let b = coordinates(grid, block);
+    let mut found = Vec::new();
+    for corner in 0..8u32 {
+        let at = [b[0] + (corner & 1), b[1] + (corner >> 1 & 1), b[2] + (corner >> 2)];
+        if (0..3).all(|axis| at[axis] < grid.blocks[axis]) {
+            found.push(index(grid, at));
+        }
+    }
+    found
+}
+
+/// A valid outcome of locate, count, range and place; within a cell the particles are in a random order.
+#[derive(Clone, Debug)]
+pub struct Lattice {
+    /// With a capacity of just the slots needed.
+    pub grid: Grid,
+    /// Slots that hold particles; they come first.
+    pub blocks: usize,
+    /// Cell of each particle.
+    pub keys: Vec<u32>,
+    /// Slot + 1 of each block of the grid, 0 when it is not active.
+    pub table: Vec<u32>,
+    /// Block of each slot.
+    pub list: Vec<u32>,
+    /// Particles of each cell, 64 a slot.
+    pub counts: Vec<u32>,
+    /// First place of each cell in `order`.
+    pub starts: Vec<u32>,
+    /// Place of each particle in its cell.
+    pub ranks: Vec<u32>,
+    /// Particles by cell; as long as there are particles, the unsound ones leave its end empty.
+    pub order: Vec<u32>,
+}
+
+impl Lattice {
+    /// Sorts particles into the cells of a grid.
+    pub fn new(mut grid: Grid, particles: &[Particle], seed: u64) -> Self {
+        let mut random = Random::new(seed ^ 0xce11);
+        let keys: Vec<_> = particles.iter().map(|p| key(&grid, p)).collect();
+        let mut cells: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        for (p, key) in keys.iter().enumerate().filter(|(_, k)| **k != NOWHERE) {
+            cells.entry(*key).or_default().push(p as u32);
+        }
+        let holding: BTreeSet<u32> = cells.keys().map(|k| k / 64).collect();
+        let all: BTreeSet<u32> = holding.iter().flat_map(|b| reached(&grid, *b)).collect();
+        let mut list: Vec<u32> = holding.iter().copied().collect();
+        random.shuffle(&mut list);
+        let mut upper: Vec<u32> = all.difference(&holding).copied().collect();
+        random.shuffle(&mut upper);
+        list.extend(upper);
+        grid.capacity = list.len() as u32;
+        let mut table = vec![0; grid.blocks.iter().product::<u32>() as usize];
+        for (slot, block) in list.iter().enumerate() {
+            table[*block as usize] = slot as u32 + 1;
+        }
+        let mut made = Self {
+            grid,
+            blocks: holding.len(),
+            table,
+            counts: vec![0; list.len() * 64],
+            starts: vec![0; list.len() * 64],
+            ranks: vec![0; keys.len()],
+            order: vec![0; keys.len()],
+            list,
+            keys,
+        };
+        made.fill(cells, &mut random);
+        made
+    }
+
+    fn fill(&mut self, mut cells: BTreeMap<u32, Vec<u32>>, random: &mut Random) {
+        let mut cursor = 0;
+        for slot in 0..self.blocks {
+            for cell in 0..64 {
+                let mut members = cells.remove(&(self.list[slot] * 64 + cell as u32)).unwrap_or_default();
+                random.shuffle(&mut members);
+                self.starts[slot * 64 + cell] = cursor as u32;
+                self.counts[slot * 64 + cell] = members.len() as u32;
+                for (rank, p) in members.iter().enumerate() {
+                    self.ranks[*p as usize] = rank as u32;
+                    self.order[cursor + rank] = *p;
+                }
+                cursor += members.len();
+            }
+        }
+    }
+
+    /// Particles of a slot.
+    pub fn members(&self, slot: usize) -> Vec<usize> {
+        let block = self.list[slot];
+        (0..self.keys.len()).filter(|p| self.keys[*p] != NOWHERE && self.keys[*p] / 64 == block).collect()
+    }
+}

@@ -1,0 +1,66 @@
+//! One case per kernel, with an f64 twin written from the equation. A kernel is a line in `CASES`; what is done with
+//! the cases lives in `harness`.
+
+pub mod call;
+pub mod cells;
+pub mod cloud;
+pub mod compare;
+pub mod harness;
+pub mod lattice;
+pub mod mpm;
+
+pub use call::{Buffers, Call};
+pub use compare::{Compared, Report};
+
+/// Every case. Its file mirrors the kernel's: `wgsl/mpm/p2g.wgsl` is proved in `proof/mpm/p2g.rs`.
+pub static CASES: &[&Case] = &[
+    &cells::clear::CASE,
+    &cells::count::CASE,
+    &cells::locate::CASE,
+    &cells::place::CASE,
+    &cells::range::CASE,
+    &mpm::clock::CASE,
+    &mpm::g2p::CASE,
+    &mpm::grid::CASE,
+    &mpm::measure::CASE,
+    &mpm::p2g::CASE,
+    &mpm::p2g_fixed::CASE,
+    &mpm::p2g_float::CASE,
+    &mpm::stress_case::CASE,
+];
+
+/// What is needed to prove and to time a kernel.
+pub struct Case {
+    /// The kernel's name.
+    pub kernel: &'static str,
+    /// Seeded inputs.
+    pub inputs: fn(Ask) -> Call,
+    /// Computes the twin in f64 and sets it against what the kernel wrote.
+    pub compare: fn(&Call, &Buffers) -> Vec<Compared>,
+    /// Largest error allowed, relative to the scale of each [`Compared`].
+    pub tolerance: f64,
+    /// Why that much.
+    pub reason: &'static str,
+    /// Outputs that may differ between two runs (an order of atomics that nothing depends on).
+    pub unordered: &'static [&'static str],
+    /// Memory traffic an item, counted once for each value read or written [bytes].
+    pub bytes: f64,
+    /// Arithmetic an item [flop].
+    pub flops: f64,
+}
+
+/// What inputs to make.
+#[derive(Clone, Copy, Debug)]
+pub struct Ask {
+    /// Items: particles, for all kernels so far.
+    pub items: usize,
+    /// Seed; also chooses between variants of a kernel.
+    pub seed: u64,
+    /// With NaN, infinite, huge and out-of-grid values in a few items.
+    pub poison: bool,
+}
+
+/// The case of a kernel.
+pub fn find(kernel: &str) -> Option<&'static Case> {
+    CASES.iter().copied().find(|c| c.kernel == kernel)
+}

@@ -1,0 +1,93 @@
+//! Force fields in f64: schedule, region, and the acceleration of each kind.
+
+use physvideo_gpu::kernels::{Field, Forces};
+
+use super::{Vec3, vec3};
+
+/// Closer than this to an end of a schedule [s] or the border of a region [m], rounding decides.
+pub const MARGIN: f64 = 1e-4;
+
+/// Fields of every kind, with and without a region and a ramp; they are on around t = 1 s.
+pub fn forces() -> Forces {
+    let everywhere = Field { kind: 1, start: 0.0, end: 9.0, a: [30.0, -40.0, 20.0, 0.0], ..Default::default() };
+    let gust = Field {
+        kind: 2,
+        region: 1,
+        start: 0.9,
+        end: 3.0,
+        ramp: 0.4,
+        p0: 60.0,
+        p1: 0.5,
+        p2: 1.7,
+        a: [3.0, 1.0, -2.0, 0.0],
+        region_min: [-0.2, 0.15, 0.0, 0.0],
+        region_max: [0.1, 0.6, 0.4, 0.0],
+        ..Default::default()
+    };
+    let poke = Field {
+        kind: 3,
+        region: 2,
+        start: 0.0,
+        end: 1.2,
+        ramp: 0.5,
+        p0: 0.1,
+        a: [-800.0, 500.0, 600.0, 0.0],
+        b: [-0.1, 0.3, 0.3, 0.0],
+        region_min: [-0.1, 0.35, 0.25, 0.0],
+        region_max: [0.2, 0.0, 0.0, 0.0],
+        ..Default::default()
+    };
+    let over = Field { kind: 1, start: 0.0, end: 0.5, a: [1e3, 1e3, 1e3, 0.0], ..Default::default() };
+    let mut all = Forces { gravity: [0.1, -0.2, -9.81, 0.0], count: 4, ..Default::default() };
+    all.d[..4].copy_from_slice(&[everywhere, gust, poke, over]);
+    all
+}
+
+/// Acceleration on material of a body at x moving at v, and whether rounding could decide about it.
+pub fn acceleration(forces: &Forces, mask: u32, x: Vec3, v: Vec3, t: f64) -> (Vec3, bool) {
+    // The highest bit says that gravity is carried from the start.
+    let (mut sum, mut close) = (if mask >> 31 == 1 { Vec3::zeros() } else { vec3(&forces.gravity) }, false);
+    for (i, field) in forces.d[..forces.count as usize].iter().enumerate() {
+        if mask >> i & 1 == 1 {
+            let margin = inside(field, x).min(t - f64::from(field.start)).min(f64::from(field.end) - t);
+            close |= margin.abs() < MARGIN;
+            if margin >= 0.0 {
+                sum += ramp(field, t) * kind(field, x, v, t);
+            }
+        }
+    }
+    (sum, close)
+}
+
+/// Distance inside a field's region, negative outside.
+fn inside(field: &Field, x: Vec3) -> f64 {
+    let (low, high) = (vec3(&field.region_min), vec3(&field.region_max));
+    match field.region {
+        1 => (x - low).min().min((high - x).min()),
+        2 => high[0] - (x - low).norm(),
+        _ => f64::INFINITY,
+    }
+}
+
+/// Smooth rise at the start and fall at the end: 3s² − 2s³.
+fn ramp(field: &Field, t: f64) -> f64 {
+    let length = f64::from(field.ramp);
+    let rise = |since: f64| {
+        let s = if length > 0.0 { (since / length).clamp(0.0, 1.0) } else { 1.0 };
+        s * s * (3.0 - 2.0 * s)
+    };
+    rise(t - f64::from(field.start)) * rise(f64::from(field.end) - t)
+}
+
+fn kind(field: &Field, x: Vec3, v: Vec3, t: f64) -> Vec3 {
+    let (a, b) = (vec3(&field.a), vec3(&field.b));
+    let [p0, p1, p2] = [field.p0, field.p1, field.p2].map(f64::from);
+    match field.kind {
+        1 => a,
+        // Drag p0 towards air at a, which gusts by p1 at p2 Hz.
+        2 => p0 * (a * (1.0 + p1 * (std::f64::consts::TAU * p2 * (t - f64::from(field.start))).sin()) - v),
+        // A push that falls off as a Gaussian of width p0 around b.
+        3 => a * (-(x - b).norm_squared() / (2.0 * p0 * p0)).exp(),
+        _ => Vec3::zeros(),
+    }
+}

@@ -1,0 +1,193 @@
+//! Proof of `mpm/g2p`: v = Σ w v_i, C = 4/dx² Σ w v_i (x_i − x_p)ᵀ (Jiang 2015), F ← (I + dt Σ v_i ∇wᵀ) F or with
+//! C for the gradient (Hu 2018), x ← x + dt v, V0 τ of the new F.
+
+use physvideo_gpu::kernels::{Body, Clock, Deformation, Grid, Particle};
+
+use super::{Mat3, Vec3, affine, bodies, elastic, gradient, spline, stress, vec3};
+use crate::proof::cloud::{Cloud, PINNED, QUARANTINED, grid};
+use crate::proof::lattice::{Lattice, NOWHERE};
+use crate::proof::{Ask, Buffers, Call, Case, Compared};
+use crate::random::Random;
+
+pub static CASE: Case = Case {
+    kernel: "mpm/g2p",
+    inputs,
+    compare,
+    tolerance: 2e-6,
+    reason: "weights to 1e-6 as in P2G, over 27 nodes; the stress adds ten Newton steps of the polar decomposition; \
+             each relative to the size of its terms",
+    unordered: &[],
+    bytes: 2.0 * 144.0 + 4.0 + 16.0 * 27.0 / 8.0,
+    flops: 900.0,
+};
+
+const MAX_STRETCH: f64 = 0.5;
+const MIN_VOLUME: f64 = 0.05;
+
+/// Odd seeds use the MLS gradient.
+fn inputs(ask: Ask) -> Call {
+    let mut random = Random::new(ask.seed ^ 0x62b);
+    let mut cloud = Cloud::new(ask);
+    // A deformation that is not sound is found here, where the stress is made.
+    let (gone, torn) = cloud.poisoned.split_at(cloud.poisoned.len() / 2);
+    let (gone, torn) = (gone.to_vec(), torn.to_vec());
+    let sound = Cloud::new(Ask { poison: false, ..ask });
+    for i in &torn {
+        cloud.particles[*i] = sound.particles[*i];
+        cloud.particles[*i].tag = (*i % 2) as u32; // a body whose material makes a stress of it
+        cloud.deformations[*i].f1[random.below(3)] = [f32::NAN, f32::INFINITY, 3e38][*i % 3];
+    }
+    cloud.poisoned = gone;
+    let mut cloud = cloud.quarantined();
+    // Some are squeezed flat: one more step would turn them inside out.
+    for d in cloud.deformations.iter_mut().skip(7).step_by(50) {
+        d.f2 = [d.f2[0] * 0.02, d.f2[1] * 0.02, d.f2[2] * 0.02, 0.0];
+    }
+    let sorted = Lattice::new(grid(), &cloud.particles, ask.seed);
+    let slots = sorted.grid.capacity as usize;
+    let nodes: Vec<[f32; 4]> = (0..slots * 64)
+        .map(|_| {
+            let size = if random.chance(0.1) { 8.0 } else { 1.0 };
+            let v = random.vector(size);
+            [v[0], v[1], v[2], random.range(0.0, 1e-3)]
+        })
+        .collect();
+    let clock =
+        Clock { dt: 4e-3, speed_bits: 0.5f32.to_bits(), clamped_strain: 3, quarantined: 2, ..Default::default() };
+    Call::new(slots + 2)
+        .constant("TRUE_GRADIENT", f64::from(u8::from(ask.seed % 2 == 0)))
+        .with("particles", &cloud.particles)
+        .with("deformations", &cloud.deformations)
+        .with("bodies", &bodies())
+        .with("order", &sorted.order)
+        .with("starts", &sorted.starts)
+        .with("counts", &sorted.counts)
+        .with("table", &sorted.table)
+        .with("list", &sorted.list)
+        .with("nodes", &nodes)
+        .grid(&sorted.grid)
+        .with("clock", &[clock])
+}
+
+/// Got, wanted and scale of one output.
+#[derive(Default)]
+struct Column(Vec<f64>, Vec<f64>, Vec<f64>);
+
+impl Column {
+    fn add(&mut self, got: impl AsRef<[f64]>, want: impl AsRef<[f64]>, scale: f64) {
+        self.0.extend(got.as_ref());
+        self.1.extend(want.as_ref());
+        self.2.resize(self.1.len(), scale);
+    }
+
+    fn done(self, what: &'static str) -> Compared {
+        Compared::close(what, self.0, self.1, self.2)
+    }
+}
+
+fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
+    let input = &call.buffers;
+    let (was, now): (Vec<Particle>, Vec<Particle>) = (input.get("particles"), out.get("particles"));
+    let (def_was, def_now): (Vec<Deformation>, Vec<Deformation>) = (input.get("deformations"), out.get("deformations"));
+    let (grid, clock): (Grid, Clock) = (input.one("grid"), input.one("clock"));
+    let bodies: Vec<Body> = input.get("bodies");
+    let nodes = Nodes { grid, table: input.get("table"), nodes: input.get("nodes") };
+    let on = |name: &str| call.constants == call.constants.clone().with(name, 1.0);
+    let true_gradient = on("TRUE_GRADIENT");
+    let (dx, dt) = (f64::from(grid.dx), f64::from(clock.dt));
+    let sorted = Lattice::new(self::grid(), &was, 0);
+    let (mut x, mut v, mut c, mut f, mut tau) = <(Column, Column, Column, Column, Column)>::default();
+    let (mut strained, mut squeezed, mut lost, mut idle) = (0, 0, 0, true);
+    let mut fastest = f64::from(f32::from_bits(clock.speed_bits));
+    for i in 0..was.len() {
+        let (p, q) = (&was[i], &now[i]);
+        let bytes = |p: &Particle, d: &Deformation| [bytemuck::bytes_of(p), bytemuck::bytes_of(d)].concat();
+        if sorted.keys[i] == NOWHERE || p.tag & PINNED != 0 {
+            idle &= bytes(p, &def_was[i]) == bytes(q, &def_now[i]);
+            continue;
+        }
+        let mut moved = Motion::default();
+        for r in spline::reach(&grid, &p.x) {
+            moved.add(&r, nodes.velocity(r.node));
+        }
+        fastest = fastest.max(moved.velocity.norm());
+        let affine_want = moved.moment * (4.0 / (dx * dx));
+        let mut l = if true_gradient { moved.gradient } else { affine_want };
+        if dt * l.norm() > MAX_STRETCH {
+            l *= MAX_STRETCH / (dt * l.norm());
+            strained += 1;
+        }
+        let old = gradient(&def_was[i]);
+        let mut next = old + dt * l * old;
+        if !(next.iter().all(|c| c.is_finite()) && next.norm() < 1e15) {
+            // No stress can be made of it: the particle is taken out.
+            lost += 1;
+            idle &= q.tag == p.tag | QUARANTINED;
+            continue;
+        }
+        if next.determinant() < MIN_VOLUME {
+            next = old;
+            squeezed += 1;
+        }
+        let body = &bodies[(p.tag & 0xff) as usize];
+        let volume = f64::from(def_was[i].f0[3]);
+        let want = volume * elastic::stress(body, &next).0;
+        let stiffness = volume * f64::from(body.mu + body.lambda) * (1.0 + next.norm_squared());
+        x.add(vec3(&q.x).as_slice(), (vec3(&p.x) + dt * moved.velocity).as_slice(), vec3(&p.x).norm());
+        v.add(vec3(&q.v).as_slice(), moved.velocity.as_slice(), moved.size);
+        c.add(affine(q).as_slice(), affine_want.as_slice(), 4.0 / dx * moved.size);
+        f.add(gradient(&def_now[i]).as_slice(), next.as_slice(), old.norm() * (1.0 + dt * 4.0 / dx * moved.size));
+        tau.add(stress(q).as_slice(), want.as_slice(), stiffness);
+        idle &= (q.tag, q.m, def_now[i].f0[3]) == (p.tag, p.m, def_was[i].f0[3]);
+    }
+    let after: Clock = out.one("clock");
+    vec![
+        x.done("x"),
+        v.done("v"),
+        c.done("C"),
+        f.done("F"),
+        tau.done("V0 τ"),
+        Compared::near("fastest", vec![f64::from(f32::from_bits(after.speed_bits))], vec![fastest], fastest),
+        Compared::equal(
+            "clamped strain and volume, quarantined",
+            &[after.clamped_strain, after.clamped_volume, after.quarantined],
+            &[clock.clamped_strain + strained, squeezed, clock.quarantined + lost],
+        ),
+        Compared::fact("pinned, lost and unchanging values stay", idle),
+    ]
+}
+
+/// Sums over the nodes in reach.
+#[derive(Default)]
+struct Motion {
+    velocity: Vec3,
+    /// Σ w v (x_i − x_p)ᵀ.
+    moment: Mat3,
+    /// Σ v ∇wᵀ.
+    gradient: Mat3,
+    /// Largest speed in reach.
+    size: f64,
+}
+
+impl Motion {
+    fn add(&mut self, r: &spline::Reach, v: Vec3) {
+        self.velocity += r.weight * v;
+        self.moment += r.weight * v * r.offset.transpose();
+        self.gradient += v * r.gradient.transpose();
+        self.size = self.size.max(v.norm());
+    }
+}
+
+struct Nodes {
+    grid: Grid,
+    table: Vec<u32>,
+    nodes: Vec<[f32; 4]>,
+}
+
+impl Nodes {
+    fn velocity(&self, node: [i64; 3]) -> Vec3 {
+        let n = node.map(|c| u32::try_from(c).expect("inside the grid"));
+        let slot = self.table[crate::proof::lattice::index(&self.grid, n.map(|c| c / 4)) as usize] - 1;
+        vec3(&self.nodes[(slot * 64 + n[2] % 4 * 16 + n[1] % 4 * 4 + n[0] % 4) as usize])
+    }
+}

@@ -1,0 +1,181 @@
+//! Proof of `mpm/grid`: v_i = Σ (mv) / Σ m over the blocks that reach a node, in contact, and never more
+//! than 0.9 dx in a step.
+
+use physvideo_gpu::kernels::{Clock, Collider, Colliders, Grid, LiveBlocks};
+
+use super::{Vec3, obstacle, vec3};
+use crate::proof::cloud::{Cloud, grid};
+use crate::proof::lattice::{Lattice, TILE, coordinates};
+use crate::proof::{Ask, Buffers, Call, Case, Compared};
+use crate::random::Random;
+
+pub static CASE: Case = Case {
+    kernel: "mpm/grid",
+    inputs,
+    compare,
+    tolerance: 3e-6,
+    reason: "sums of eight, a division, and per obstacle a rotation by Rodrigues, each a few 6e-8; relative \
+             to the speeds of the material and of what it meets",
+    unordered: &[],
+    bytes: 16.0 * (216.0 + 64.0) / 64.0,
+    flops: 150.0,
+};
+
+/// Closer than this to a border between two cases, rounding decides [m, m/s].
+const MARGIN: f64 = 2e-6;
+
+/// Odd seeds have no obstacle.
+fn inputs(ask: Ask) -> Call {
+    let mut random = Random::new(ask.seed ^ 0x9e1d);
+    let cloud = Cloud::new(Ask { poison: false, ..ask });
+    let sorted = Lattice::new(grid(), &cloud.particles, ask.seed);
+    let slots = sorted.grid.capacity as usize;
+    let mut tiles: Vec<[f32; 4]> = (0..sorted.blocks * TILE)
+        .map(|_| {
+            let (v, m) = (random.vector(2.0), random.range(0.1e-3, 2e-3));
+            if random.chance(0.2) { [0.0; 4] } else { [v[0] * m, v[1] * m, v[2] * m, m] }
+        })
+        .collect();
+    if ask.poison {
+        for (turn, i) in (100..tiles.len()).step_by(301).enumerate() {
+            tiles[i][turn % 3] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 3e38, 1e20][turn % 5];
+        }
+    }
+    let mut colliders = obstacles();
+    if ask.seed % 2 == 1 {
+        colliders.count = 0;
+    }
+    let clock = Clock { frame_start: 0.5, t: 0.2, dt: 0.0125, clamped_velocity: 5, ..Default::default() };
+    Call::new(slots + 2)
+        .with("tiles", &tiles)
+        .with("table", &sorted.table)
+        .with("list", &sorted.list)
+        .with("live", &[LiveBlocks { blocks: sorted.blocks as u32 }])
+        .with("nodes", &vec![[f32::NAN; 4]; slots * 64])
+        .grid(&sorted.grid)
+        .with("clock", &[clock])
+        .with("colliders", &[colliders])
+}
+
+/// One of each shape: sticking, separating, rubbing, at rest, moving, spinning, not yet and no longer moving.
+fn obstacles() -> Colliders {
+    let still = Collider { end: 1e9, ..Default::default() };
+    let tilted = Vec3::new(0.2, -0.1, 1.0).normalize();
+    let plane = Collider {
+        shape: 1,
+        friction: 0.4,
+        center: [0.0, 0.0, 0.181, 0.0],
+        size: [tilted[0] as f32, tilted[1] as f32, tilted[2] as f32, 0.0],
+        ..still
+    };
+    let spinning_box = Collider {
+        shape: 3,
+        friction: 0.2,
+        start: 0.1,
+        end: 2.0,
+        center: [-0.1, 0.3, 0.3, 0.0],
+        size: [0.12, 0.07, 0.05, 0.0],
+        velocity: [0.1, -0.05, 0.02, 0.0],
+        spin: [1.0, -2.0, 3.0, 0.0],
+        ..still
+    };
+    let sticky_ball = Collider {
+        shape: 2,
+        sticky: 1,
+        start: 0.0,
+        end: 3.0,
+        center: [0.1, 0.45, 0.35, 0.0],
+        size: [0.09, 0.0, 0.0, 0.0],
+        velocity: [-0.1, 0.0, 0.05, 0.0],
+        spin: [0.0, 0.0, 4.0, 0.0],
+        ..still
+    };
+    let parked = Collider { shape: 2, friction: 9.0, start: 0.0, end: 0.4, spin: [5.0, 1.0, 0.0, 0.0], ..sticky_ball };
+    let parked = Collider { sticky: 0, center: [-0.2, 0.2, 0.2, 0.0], size: [0.07, 0.0, 0.0, 0.0], ..parked };
+    let waiting = Collider { shape: 3, start: 2.0, end: 3.0, center: [0.3, 0.6, 0.4, 0.0], ..spinning_box };
+    let room = Collider {
+        shape: 4,
+        friction: 0.1,
+        center: [0.05, 0.4, 0.25, 0.0],
+        size: [0.331, 0.2703, 0.1901, 0.0],
+        spin: [0.0, 0.0, 0.1, 0.0],
+        ..still
+    };
+    let nothing = Collider { shape: 7, sticky: 1, ..still };
+    let mut all = Colliders { count: 7, ..Default::default() };
+    all.d[..7].copy_from_slice(&[plane, spinning_box, sticky_ball, parked, waiting, room, nothing]);
+    all
+}
+
+fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
+    let input = &call.buffers;
+    let (grid, clock): (Grid, Clock) = (input.one("grid"), input.one("clock"));
+    let colliders: Colliders = input.one("colliders");
+    let (tiles, list): (Vec<[f32; 4]>, Vec<u32>) = (input.get("tiles"), input.get("list"));
+    let blocks = tiles.len() / TILE;
+    let (dx, dt) = (f64::from(grid.dx), f64::from(clock.dt));
+    let time = f64::from(clock.frame_start) + f64::from(clock.t) + dt;
+    let got: Vec<[f32; 4]> = out.get("nodes");
+    let (mut speeds, mut want, mut scale) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut masses, mut mass_got, mut sound) = (Vec::new(), Vec::new(), true);
+    let (mut clamps, mut doubtful) = (0u32, 0);
+    for (at, node) in got.iter().enumerate() {
+        let block = coordinates(&grid, list[at / 64]);
+        let local = [at % 4, at / 4 % 4, at / 16 % 4];
+        let place: Vec<i64> = (0..3).map(|i| i64::from(block[i]) * 4 + local[i] as i64).collect();
+        let (mut p, mut m, mut size) = (Vec3::zeros(), 0.0, 0.0);
+        for slot in 0..blocks {
+            let from = coordinates(&grid, list[slot]);
+            let n: Vec<i64> = (0..3).map(|i| place[i] - i64::from(from[i]) * 4).collect();
+            if n.iter().all(|n| (0..6).contains(n)) {
+                let tile = tiles[slot * TILE + (n[2] * 36 + n[1] * 6 + n[0]) as usize];
+                p += vec3(&tile);
+                m += f64::from(tile[3]);
+                size += vec3(&tile).norm();
+            }
+        }
+        mass_got.push(f64::from(node[3]));
+        masses.push(m);
+        if !p.iter().all(|c| c.is_finite()) || size > 1e15 {
+            // A sum that is not finite is no velocity; one out of all proportion may overflow on its way.
+            sound &= node[..3].iter().all(|c| c.is_finite()) && vec3(node).norm() * dt <= 0.9001 * dx;
+            clamps += u32::from(m > 0.0);
+            continue;
+        }
+        let mut v = Vec3::zeros();
+        let mut margin = f64::INFINITY;
+        let mut met = 0.0f64;
+        if m > 0.0 {
+            v = p / m;
+            let x = vec3(&grid.origin) + Vec3::new(place[0] as f64, place[1] as f64, place[2] as f64) * dx;
+            for c in &colliders.d[..colliders.count as usize] {
+                let (after, clear) = obstacle::contact(c, x, v, time);
+                (v, margin) = (after, margin.min(clear));
+                met = met.max(v.norm());
+            }
+            let most = 0.9 * dx / dt;
+            margin = margin.min((v.norm() - most).abs());
+            if v.norm() > most {
+                v *= most / v.norm();
+                clamps += 1;
+            }
+        }
+        if margin < MARGIN {
+            doubtful += 1;
+            continue;
+        }
+        speeds.extend(node[..3].iter().map(|c| f64::from(*c)));
+        want.extend(v.iter());
+        scale.extend([if m > 0.0 { size / m + met } else { 0.0 }; 3]);
+    }
+    let most = masses.iter().copied().fold(0.0, f64::max);
+    let now: Clock = out.one("clock");
+    let counted = now.clamped_velocity - clock.clamped_velocity;
+    vec![
+        Compared::near("mass", mass_got, masses, most),
+        Compared::close("velocity", speeds, want, scale),
+        Compared::fact("few nodes are in doubt", doubtful * 100 <= got.len()),
+        Compared::fact("clamps are counted", counted.abs_diff(clamps) as usize <= doubtful),
+        Compared::fact("nodes that are not finite stand still or are slowed", sound),
+    ]
+}

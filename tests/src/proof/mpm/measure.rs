@@ -1,0 +1,84 @@
+//! Proof of `mpm/measure`: mass, momentum, angular momentum and energies of one body, in partial sums of 64.
+
+use physvideo_gpu::kernels::{Body, Deformation, Only, Particle, Sums};
+
+use super::{bodies, elastic, gradient, vec3};
+use crate::proof::cloud::{Cloud, QUARANTINED};
+use crate::proof::{Ask, Buffers, Call, Case, Compared};
+
+pub static CASE: Case = Case {
+    kernel: "mpm/measure",
+    inputs,
+    compare,
+    tolerance: 1e-6,
+    reason: "sums of at most 64 terms of either sign in f32, relative to the sum of their sizes; the energy adds the \
+             polar decomposition",
+    unordered: &[],
+    bytes: 144.0,
+    flops: 250.0,
+};
+
+fn inputs(ask: Ask) -> Call {
+    let cloud = Cloud::new(ask).quarantined();
+    let groups = ask.items.div_ceil(64);
+    Call::new(groups)
+        .immediates(&Only { body: (ask.seed % 3) as u32, count: ask.items as u32 })
+        .with("particles", &cloud.particles)
+        .with("deformations", &cloud.deformations)
+        .with("bodies", &bodies())
+        .with("sums", &vec![Sums { lost: f32::NAN, ..Default::default() }; groups])
+}
+
+fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
+    let (particles, deformations): (Vec<Particle>, Vec<Deformation>) =
+        (call.buffers.get("particles"), call.buffers.get("deformations"));
+    let bodies: Vec<Body> = call.buffers.get("bodies");
+    let only: Only = bytemuck::pod_read_unaligned(&call.immediates);
+    let sums: Vec<Sums> = out.get("sums");
+    let (mut got, mut want, mut scale) = (Vec::new(), Vec::new(), Vec::new());
+    for (group, s) in sums.iter().enumerate() {
+        let numbers = [&s.momentum[..], &s.spin, &[s.elastic, s.height, s.lost, s.speed]].concat();
+        got.extend(numbers.into_iter().map(f64::from));
+        let (mut sum, mut size) = ([0.0; 12], [0.0; 12]);
+        let all = particles.iter().zip(&deformations).skip(group * 64).take(64);
+        for (p, d) in all.filter(|(p, _)| p.tag & 0xff == only.body) {
+            if p.tag & QUARANTINED != 0 {
+                sum[10] += 1.0;
+                continue;
+            }
+            let (m, x, v) = (f64::from(p.m), vec3(&p.x), vec3(&p.v));
+            let spin = m * x.cross(&v);
+            let volume = f64::from(d.f0[3]);
+            let energy = volume * elastic::stress(&bodies[only.body as usize], &gradient(d)).1;
+            let terms = [
+                m * v[0],
+                m * v[1],
+                m * v[2],
+                m,
+                spin[0],
+                spin[1],
+                spin[2],
+                0.5 * m * v.norm_squared(),
+                energy,
+                m * x[2],
+                0.0,
+            ];
+            let body = &bodies[only.body as usize];
+            let stiff = volume * f64::from(body.mu + body.lambda) * gradient(d).norm_squared();
+            for (i, term) in terms.iter().enumerate() {
+                sum[i] += term;
+                size[i] += match i {
+                    0..=2 => m * v.norm(),
+                    4..=6 => m * v.norm() * x.norm(),
+                    8 => stiff,
+                    _ => term.abs(),
+                };
+            }
+            sum[11] = f64::max(sum[11], v.norm());
+            size[11] = sum[11];
+        }
+        want.extend(sum);
+        scale.extend(size);
+    }
+    vec![Compared::close("sums of each workgroup", got, want, scale)]
+}

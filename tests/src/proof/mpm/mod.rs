@@ -1,0 +1,59 @@
+//! Proofs of `wgsl/mpm`, and the equations their twins share, in f64. Written from the equations, not from the WGSL.
+
+pub mod clock;
+pub mod elastic;
+pub mod force;
+pub mod g2p;
+pub mod grid;
+pub mod measure;
+pub mod obstacle;
+pub mod p2g;
+pub mod p2g_fixed;
+pub mod p2g_float;
+pub mod spline;
+#[path = "stress.rs"]
+pub mod stress_case;
+
+use nalgebra::{Matrix3, Vector3};
+use physvideo_gpu::kernels::{Body, Deformation, Particle};
+
+use super::cloud::BODIES;
+
+/// A vector in f64.
+pub type Vec3 = Vector3<f64>;
+/// A matrix in f64.
+pub type Mat3 = Matrix3<f64>;
+
+/// The first three numbers of a vector of the device.
+pub fn vec3(v: &[f32]) -> Vec3 {
+    Vec3::new(v[0].into(), v[1].into(), v[2].into())
+}
+
+/// Affine velocity C of a particle.
+pub fn affine(p: &Particle) -> Mat3 {
+    Mat3::from_rows(&[vec3(&p.c0).transpose(), vec3(&p.c1).transpose(), vec3(&p.c2).transpose()])
+}
+
+/// V0 τ as a particle carries it [J].
+pub fn stress(p: &Particle) -> Mat3 {
+    symmetric([p.c0[3], p.c1[3], p.c2[3], p.s[0], p.s[1], p.s[2]].map(f64::from))
+}
+
+/// A symmetric matrix from xx, yy, zz, xy, xz, yz.
+pub fn symmetric([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> Mat3 {
+    Mat3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz)
+}
+
+/// Deformation gradient F.
+pub fn gradient(d: &Deformation) -> Mat3 {
+    Mat3::from_columns(&[vec3(&d.f0), vec3(&d.f1), vec3(&d.f2)])
+}
+
+/// Bodies of the proofs: one of each material, and one of a material there is not, whose weight is carried.
+pub fn bodies() -> [Body; BODIES as usize] {
+    [
+        Body { material: 1, fields: 0b1011, mu: 900.0, lambda: 1500.0 },
+        Body { material: 2, fields: 0b1101, mu: 700.0, lambda: 400.0 },
+        Body { material: 9, fields: 1 << 31, mu: 800.0, lambda: 800.0 },
+    ]
+}

@@ -1,0 +1,64 @@
+//! Negative controls: each of these mistakes, written into a copy of the kernels, must be caught by the harness.
+
+use physvideo_gpu::Options;
+use physvideo_tests::proof::harness::{prove, repeat};
+use physvideo_tests::proof::{Ask, find};
+use physvideo_tests::{device, folder};
+
+/// Kernel whose proof must fail, file, what stands there, what is put in its place.
+const MUTANTS: [(&str, &str, &str, &str); 17] = [
+    ("cells/clear", "cells/clear", "group.x >= grid.capacity", "group.x >= grid.capacity + 1u"),
+    ("cells/locate", "lib/grid", "vec3f(0.5)", "vec3f(0.45)"),
+    ("cells/locate", "cells/locate", "!finite(particles.d[p].v) || ", ""),
+    ("cells/count", "cells/count", "p >= clock.particles", "p > clock.particles"),
+    ("cells/range", "cells/range", "lane < 8u", "lane < 7u"),
+    ("cells/place", "cells/place", "+ ranks.d[p]", "+ 0u * ranks.d[p]"),
+    (
+        "mpm/clock",
+        "mpm/clock",
+        "min(atomicExchange(&clock.speed_bits, 0u), 0x7f7fffffu)",
+        "atomicExchange(&clock.speed_bits, 0u)",
+    ),
+    ("mpm/p2g", "lib/bspline", "0.75 - b * b", "0.75001 - b * b"),
+    ("mpm/p2g", "lib/scatter", "4.0 * dt * free", "3.999 * dt * free"),
+    ("mpm/p2g", "mpm/p2g", "order.d[j - 1u] > p", "order.d[j - 1u] < p"),
+    ("mpm/p2g", "field/point", "2.0 * f.p0", "1.99 * f.p0"),
+    ("mpm/grid", "lib/collider", "rotate(hit.xyz, axis, rate", "rotate(hit.xyz, axis, -rate"),
+    ("mpm/grid", "shape/box", "q.x >= q.y && q.x >= q.z", "q.x >= q.y"),
+    ("mpm/grid", "mpm/grid", "if (!finite(v)) {", "if (false) {"),
+    ("mpm/g2p", "material/corotated", "2.0 * b.mu", "1.999 * b.mu"),
+    ("mpm/g2p", "mpm/g2p", "gz[2] * s2", "gz[1] * s2"),
+    ("mpm/measure", "mpm/measure", "0.5 * dot(momentum, p.v)", "0.49 * dot(momentum, p.v)"),
+];
+
+#[test]
+fn every_mistake_is_caught() {
+    let copy = tempfile::tempdir().unwrap();
+    let mut missed = Vec::new();
+    for (kernel, file, from, to) in MUTANTS {
+        folder::copy_kernels(copy.path());
+        folder::edit(copy.path(), file, from, to);
+        let gpu = device::open(Options { wgsl: Some(copy.path().into()), validation: false, ..device::options() });
+        let case = find(kernel).unwrap();
+        let sizes = [1, 65, 1000].into_iter().flat_map(|items| (0..4).map(move |seed| (items, seed)));
+        let found = sizes
+            .flat_map(|(items, seed)| [false, true].map(|poison| Ask { items, seed, poison }))
+            .find_map(|ask| prove(&gpu, case, ask).err().or_else(|| repeat(&gpu, case, ask).err()));
+        match found {
+            Some(what) => println!("{file}: `{to}` caught: {what}"),
+            None => missed.push(format!("{file}: `{to}`")),
+        }
+    }
+    assert!(missed.is_empty(), "mistakes nobody noticed: {}", missed.join(", "));
+}
+
+/// Without the sort inside cells P2G depends on who came first; here the order is given, so a case can tell.
+#[test]
+fn the_copy_itself_is_sound() {
+    let copy = tempfile::tempdir().unwrap();
+    folder::copy_kernels(copy.path());
+    let gpu = device::open(Options { wgsl: Some(copy.path().into()), ..device::options() });
+    let ask = Ask { items: 1000, seed: 1, poison: false };
+    prove(&gpu, find("mpm/p2g").unwrap(), ask).unwrap();
+    repeat(&gpu, find("mpm/p2g").unwrap(), ask).unwrap();
+}
