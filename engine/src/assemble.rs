@@ -90,7 +90,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
             if object.material.is_none() {
                 continue;
             }
-            let filled = fill(index, object, inputs, view.as_ref(), &lattice, &mut crowd)?;
+            let filled = colored(scene, index, inputs, view.as_ref(), &lattice, &mut crowd)?;
             colors.extend_from_slice(&filled.colors);
             bodies.push(body(scene, index, object, filled, view.as_ref())?);
             object_of.push(index);
@@ -99,7 +99,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
     let mut statics = Vec::new();
     for (index, object) in scene.objects.iter().enumerate() {
         if object.material.is_none() && !matches!(object.source, Source::Mask { .. }) && plan.runs("display") {
-            statics.push((index, fill(index, object, inputs, view.as_ref(), &lattice, &mut crowd)?));
+            statics.push((index, colored(scene, index, inputs, view.as_ref(), &lattice, &mut crowd)?));
         }
     }
     if plan.runs("bodies") {
@@ -234,6 +234,33 @@ impl Crowd {
         );
         Err(Problem::new(Kind::Memory, key, message).help("lower simulation.grid_density or make the object smaller"))
     }
+}
+
+/// The particles of an object, with pattern and light where it has no colours of its own.
+fn colored(
+    scene: &Scene,
+    index: usize,
+    inputs: &Inputs,
+    view: Option<&View>,
+    lattice: &Lattice,
+    crowd: &mut Crowd,
+) -> Result<Particles, Problem> {
+    let object = &scene.objects[index];
+    let mut filled = fill(index, object, inputs, view, lattice, crowd)?;
+    let (origin, yaw) = match &object.source {
+        Source::Box { min, .. } => (*min, 0.0),
+        Source::Ball { center, .. } => (*center, 0.0),
+        Source::Mesh { yaw, position, .. } => (*position, *yaw),
+        Source::Mask { .. } | Source::Points { .. } => return Ok(filled),
+    };
+    if let Some(side) = object.checks {
+        let back = glam::Quat::from_rotation_z(-yaw.to_radians());
+        geometry::checks(&mut filled, side, |x| back * (x - Vec3::from(origin)));
+    }
+    if let Some(light) = scene.render.light {
+        geometry::shade(&mut filled, lattice.spacing, Vec3::from(light));
+    }
+    Ok(filled)
 }
 
 fn fill(

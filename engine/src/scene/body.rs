@@ -39,6 +39,10 @@ pub struct Object {
     #[serde(default = "default_color")]
     #[schemars(inner(range(min = 0.0, max = 1.0)))]
     pub color: [f32; 3],
+    /// Side of the checks of a pattern that shows how a body without its own colours deforms [m]; absent: plain.
+    #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub checks: Option<f32>,
 }
 
 fn default_density() -> f32 {

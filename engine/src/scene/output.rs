@@ -21,6 +21,8 @@ pub struct Render {
     /// Colour where nothing is drawn and there is no photograph, sRGB 0–1.
     #[schemars(inner(range(min = 0.0, max = 1.0)))]
     pub background: [f32; 3],
+    /// Direction to a light that shades bodies without their own colours as they stand at the start; absent: flat.
+    pub light: Option<[f32; 3]>,
 }
 
 impl Default for Render {
@@ -31,6 +33,7 @@ impl Default for Render {
             radius: 0.99,
             blend_depth: Some(0.01),
             background: [1.0; 3],
+            light: None,
         }
     }
 }

@@ -39,6 +39,9 @@ impl Rules<'_> {
         if let Some(up) = self.scene.photo.as_ref().and_then(|photo| photo.up) {
             self.direction("photo.up", up);
         }
+        if let Some(light) = self.scene.render.light {
+            self.direction("render.light", light);
+        }
         if let Some(camera) = &self.scene.camera
             && camera.eye == camera.target
         {

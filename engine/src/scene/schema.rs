@@ -62,7 +62,7 @@ mod tests {
     use crate::scene::parse;
 
     /// Keys that may be absent and then mean "not there" or "chosen from the rest", so they have no default value.
-    const OPTIONAL: [&str; 15] = [
+    const OPTIONAL: [&str; 17] = [
         "photo",
         "camera",
         "ground",
@@ -77,6 +77,8 @@ mod tests {
         "objects",
         "blend_depth",
         "points",
+        "checks",
+        "light",
         "$schema",
     ];
 
