@@ -1,11 +1,13 @@
-//! M5: a bar fixed at one end, started in its first axial mode; ω = (π/2L) sqrt(E/ρ).
+//! M5: a bar fixed at one end, started in its first axial mode; ω = (π/2L) sqrt(E/ρ). The wall is a mirror: the bar
+//! and its reflection move as one free bar of twice the length. (A sticking plane on the grid acts 0.3 cells behind
+//! the last node it holds, which alone would lengthen the period by 0.6 % here.)
 
 use std::f64::consts::PI;
 
 use physvideo::scene::Material;
 use physvideo_tests::device::gpu;
 
-use super::setup::{body, center, fill, plane, solver, world};
+use super::setup::{body, fill, solver, world};
 
 const LENGTH: f64 = 25.0;
 
@@ -13,19 +15,24 @@ const LENGTH: f64 = 25.0;
 fn vibrate(young: f32) -> (f64, f64) {
     let gpu = gpu();
     let dx = 0.5;
-    let bar = fill(dx, [0.0; 3], [LENGTH, 1.0, 1.0], |_| true);
+    let bar = fill(dx, [-LENGTH, 0.0, 0.0], [LENGTH, 1.0, 1.0], |_| true);
+    let half = |x: f32| x > 0.0;
+    let right: Vec<usize> = (0..bar.len()).filter(|i| half(bar[*i][0])).collect();
     let mode = |x: [f32; 3]| [(0.1 * (PI * f64::from(x[0]) / (2.0 * LENGTH)).sin()) as f32, 0.0, 0.0];
     let material = Material::Elastic { young, poisson: 0.0 };
-    let mut w = world(vec![body(material, 1.0, dx, bar, mode)], dx, [-2.0; 3], [LENGTH + 2.0, 3.0, 3.0]);
-    // The node plane x = 0 and those below it stand still: the wall is at x = 0.
-    w.colliders = vec![plane([0.25 * dx, 0.0, 0.0], [1.0, 0.0, 0.0], true)];
+    let low = [-LENGTH - 2.0, -2.0, -2.0];
+    let w = world(vec![body(material, 1.0, dx, bar, mode)], dx, low, [LENGTH + 2.0, 3.0, 3.0]);
     let mut mpm = solver(&gpu, &w, true);
-    let rest = center(&gpu, &mpm)[0];
+    let center = |mpm: &physvideo::stages::mpm::Mpm| {
+        let particles = gpu.read(mpm.particles).unwrap();
+        right.iter().map(|i| f64::from(particles[*i].x[0])).sum::<f64>() / right.len() as f64
+    };
+    let rest = center(&mpm);
     let step = 0.05;
     let mut track = vec![0.0];
     for _ in 0..300 {
         mpm.frame(step as f32).unwrap();
-        track.push(center(&gpu, &mpm)[0] - rest);
+        track.push(center(&mpm) - rest);
     }
     // Zero crossings by linear interpolation; the bar starts upwards through the first.
     let crossings: Vec<f64> = track

@@ -10,10 +10,12 @@ use super::setup::{between, body, fill, plane, solver, world};
 /// Tip deflection over length, for a load `load` and either gradient.
 fn sag(load: f64, true_gradient: bool) -> f64 {
     let gpu = gpu();
-    let (dx, cells, length): (f64, f64, f64) = (1.0, 4.0, 20.0);
+    // The plane below holds the nodes at x ≤ 0 and acts 0.3 cells behind them (see the bar): the clamp is there.
+    let (dx, cells, free): (f64, f64, f64) = (1.0, 4.0, 20.0);
+    let length = free + 0.3 * dx;
     let (young, nu, density) = (1e4, 0.3, 1.0);
     let thick = cells * dx;
-    let beam = fill(dx, [-3.0 * dx, 0.0, 0.0], [length, thick, 2.0 * dx], |_| true);
+    let beam = fill(dx, [-3.0 * dx, 0.0, 0.0], [free, thick, 2.0 * dx], |_| true);
     let material = Material::Elastic { young: young as f32, poisson: nu as f32 };
     let mut w = world(
         vec![body(material, density, dx, beam, |_| [0.0; 3])],
@@ -33,7 +35,6 @@ fn sag(load: f64, true_gradient: bool) -> f64 {
         a: [0.0, -g as f32, 0.0, 0.0],
         ..Default::default()
     }];
-    // Nodes at x ≤ 0 stand still: the clamp is at x = 0.
     w.colliders = vec![plane([0.25 * dx, 0.0, 0.0], [1.0, 0.0, 0.0], true)];
     w.colliders.extend(between(dx, 2.0));
     let mut mpm = solver(&gpu, &w, true_gradient);
@@ -41,7 +42,8 @@ fn sag(load: f64, true_gradient: bool) -> f64 {
         let particles = gpu.read(mpm.particles).unwrap();
         let at = |p: &&physvideo_gpu::kernels::Particle| p.x[0] as f64 > 0.0;
         // The end face: the last column of particles, half a spacing inside.
-        let mut far: Vec<_> = particles.iter().enumerate().filter(|(i, _)| i % 46 == 45).map(|(_, p)| p).filter(at).collect();
+        let mut far: Vec<_> =
+            particles.iter().enumerate().filter(|(i, _)| i % 46 == 45).map(|(_, p)| p).filter(at).collect();
         far.sort_by(|a, b| a.x[1].total_cmp(&b.x[1]));
         far.iter().map(|p| f64::from(p.x[1])).sum::<f64>() / far.len() as f64
     };

@@ -15,7 +15,8 @@ fn discs_collide() {
     let disc = |c: f64| fill(dx, [0.0; 3], [1.0, 1.0, 2.0 * dx], |x| (x[0] - c).hypot(x[1] - c) < 0.2);
     let material = Material::Elastic { young: 1000.0, poisson: 0.3 };
     let toward = |s: f64| move |_: [f32; 3]| [(s * SPEED) as f32, (s * SPEED) as f32, 0.0];
-    let bodies = vec![body(material, 1000.0, dx, disc(0.2), toward(1.0)), body(material, 1000.0, dx, disc(0.8), toward(-1.0))];
+    let bodies =
+        vec![body(material, 1000.0, dx, disc(0.2), toward(1.0)), body(material, 1000.0, dx, disc(0.8), toward(-1.0))];
     let mut w = world(bodies, dx, [-0.2, -0.2, 0.0], [1.2, 1.2, 2.0 * dx]);
     w.courant = 0.4;
     w.colliders = between(dx, 2.0).to_vec();

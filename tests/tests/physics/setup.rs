@@ -25,7 +25,13 @@ pub fn fill(dx: f64, low: [f64; 3], high: [f64; 3], keep: impl Fn([f64; 3]) -> b
     out
 }
 
-pub fn body(material: Material, density: f64, dx: f64, positions: Vec<[f32; 3]>, velocity: impl Fn([f32; 3]) -> [f32; 3]) -> Body {
+pub fn body(
+    material: Material,
+    density: f64,
+    dx: f64,
+    positions: Vec<[f32; 3]>,
+    velocity: impl Fn([f32; 3]) -> [f32; 3],
+) -> Body {
     Body {
         name: "body".into(),
         material,
@@ -66,7 +72,10 @@ pub fn plane(point: [f64; 3], normal: [f32; 3], sticky: bool) -> Collider {
 
 /// Two frictionless planes that hold a slab of `cells` cells from z = 0 in plane strain, a quarter cell outside it.
 pub fn between(dx: f64, cells: f64) -> [Collider; 2] {
-    [plane([0.0, 0.0, 0.25 * dx], [0.0, 0.0, 1.0], false), plane([0.0, 0.0, (cells - 0.25) * dx], [0.0, 0.0, -1.0], false)]
+    [
+        plane([0.0, 0.0, 0.25 * dx], [0.0, 0.0, 1.0], false),
+        plane([0.0, 0.0, (cells - 0.25) * dx], [0.0, 0.0, -1.0], false),
+    ]
 }
 
 pub fn solver<'g>(gpu: &'g Gpu, world: &World, true_gradient: bool) -> Mpm<'g> {
