@@ -6,3 +6,4 @@ pub mod folder;
 pub mod probe;
 pub mod proof;
 pub mod random;
+pub mod twins;

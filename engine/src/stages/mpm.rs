@@ -80,21 +80,21 @@ pub struct Measure {
 
 /// The solver over one world.
 pub struct Mpm<'gpu> {
-    pub(super) gpu: &'gpu Gpu,
+    gpu: &'gpu Gpu,
     /// The particles, body after body.
     pub particles: Buf<Particle>,
     /// Their deformation.
     pub deformations: Buf<Deformation>,
-    pub(super) bodies: Buf<kernels::Body>,
-    pub(super) forces: Buf<Forces>,
-    pub(super) clock: Buf<Clock>,
+    bodies: Buf<kernels::Body>,
+    forces: Buf<Forces>,
+    clock: Buf<Clock>,
     colliders: Buf<Colliders>,
     saved: (Buf<Particle>, Buf<Deformation>),
     sums: Buf<Sums>,
     tiles: Buf<[f32; 4]>,
     nodes: Buf<[f32; 4]>,
     cells: Cells,
-    pub(super) constants: Constants,
+    constants: Constants,
     method: Method,
     p2g: P2g,
     batch: Option<Prepared<'gpu>>,
@@ -208,7 +208,7 @@ impl<'gpu> Mpm<'gpu> {
         &self.ranges
     }
 
-    pub(super) fn particle_groups(&self) -> Groups {
+    fn particle_groups(&self) -> Groups {
         Groups::Indirect(self.clock.erase(), PARTICLE_GROUPS)
     }
 
@@ -269,7 +269,16 @@ impl<'gpu> Mpm<'gpu> {
         Ok(())
     }
 
-    pub(super) fn start_clock(&self, length: f32, courant: f32) -> Result<(), GpuError> {
+    /// Begins a frame of `length` seconds without running it, for whoever submits substeps recorded with
+    /// [`Mpm::record_substep`].
+    ///
+    /// # Errors
+    /// The device's refusal.
+    pub fn start_clock(&self, length: f32) -> Result<(), GpuError> {
+        self.begin(length, self.courant)
+    }
+
+    fn begin(&self, length: f32, courant: f32) -> Result<(), GpuError> {
         let clock = Clock {
             frame_start: self.time as f32,
             frame_length: length,
@@ -285,16 +294,12 @@ impl<'gpu> Mpm<'gpu> {
         self.gpu.write(self.clock, 0, &[clock])
     }
 
-    #[doc(hidden)]
-    pub fn restart(&self) {
-        let _ = self.start_clock(10.0, self.courant);
-    }
     fn particles_in_use(&self) -> u32 {
         self.ranges.last().map_or(0, |r| r.end as u32)
     }
 
-    pub(super) fn update_stress(&mut self) -> Result<(), GpuError> {
-        self.start_clock(1.0, self.courant)?;
+    fn update_stress(&mut self) -> Result<(), GpuError> {
+        self.begin(1.0, self.courant)?;
         let Self { particles, deformations, bodies, clock, .. } = *self;
         let mut rec = Recording::new("stress");
         rec.call(&mpm::Stress { particles, deformations, bodies, clock }, &self.constants, self.particle_groups());
@@ -302,8 +307,8 @@ impl<'gpu> Mpm<'gpu> {
     }
 
     /// Runs batches until the device says that `length` seconds have passed, without looking at the counters.
-    pub(super) fn advance(&mut self, length: f32, courant: f32) -> Result<Clock, GpuError> {
-        self.start_clock(length, courant)?;
+    fn advance(&mut self, length: f32, courant: f32) -> Result<Clock, GpuError> {
+        self.begin(length, courant)?;
         self.prepare()?;
         loop {
             if let Some(batch) = &self.batch {

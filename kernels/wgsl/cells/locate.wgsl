@@ -26,7 +26,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     let x = particles.d[p].x;
     let base = base_node(grid, x);
-    if (!finite(x) || !inside(grid, base)) {
+    if (!finite(x) || !finite(particles.d[p].v) || !inside(grid, base)) {
         particles.d[p].tag = tag | QUARANTINED;
         atomicAdd(&clock.quarantined, 1u);
         keys.d[p] = NOWHERE;

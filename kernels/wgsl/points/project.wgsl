@@ -10,7 +10,9 @@ var<immediate> screen: Screen;
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) lane: u32) {
+    // Loaded here, where every lane runs, the camera is loaded once for all of them; software devices know no better.
+    let view = camera;
     let i = (group.y * groups.x + group.x) * 64u + lane;
     if (i >= screen.points) { return; }
-    splats.d[i] = splat(camera, points.d[i]);
+    splats.d[i] = splat(view, points.d[i]);
 }

@@ -20,6 +20,8 @@ override WANT_IDS: bool = false;
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) lane: u32) {
+    // Loaded here, where every lane runs, the camera is loaded once for all of them; software devices know no better.
+    let view = camera;
     let at = (group.y * groups.x + group.x) * 64u + lane;
     if (at >= screen.width * screen.height) { return; }
     let key = keys.d[at];
@@ -27,9 +29,14 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     var depth = 0.0;
     var object = 0u;
     if (key.x != NOTHING) {
-        let s = splat(camera, points.d[key.x]);
+        var w = 1.0;
+        if (ALPHA || LEAST_WEIGHT > 1e-8) {
+            // Else the weight of a single point cancels: no weight is below 6e-8.
+            let s = splat(view, points.d[key.x]);
+            w = weight(distances(s, vec2u(at % screen.width, at / screen.width)));
+        }
         var b = Blend(vec3f(0.0), 0.0, 1.0);
-        blend_in(&b, colors.d[key.x], weight(distances(s, vec2u(at % screen.width, at / screen.width))));
+        blend_in(&b, colors.d[key.x], w);
         pixel = packed(b);
         depth = bitcast<f32>(key.y);
         if (WANT_IDS) { object = objects.d[key.x]; }

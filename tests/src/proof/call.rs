@@ -78,6 +78,12 @@ impl Call {
         self
     }
 
+    /// With the grid as immediates, and among the buffers for the twin to read.
+    #[must_use]
+    pub fn grid(self, grid: &physvideo_gpu::kernels::Grid) -> Self {
+        self.with("grid", &[*grid]).immediates(grid)
+    }
+
     /// With immediates.
     #[must_use]
     pub fn immediates<T: Pod>(mut self, value: &T) -> Self {

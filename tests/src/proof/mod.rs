@@ -22,12 +22,10 @@ pub static CASES: &[&Case] = &[
     &mpm::clock::CASE,
     &mpm::g2p::CASE,
     &mpm::grid::CASE,
-    &mpm::halt::CASE,
     &mpm::measure::CASE,
     &mpm::p2g::CASE,
     &mpm::p2g_fixed::CASE,
     &mpm::p2g_float::CASE,
-    &mpm::prestress::CASE,
     &mpm::stress_case::CASE,
 ];
 

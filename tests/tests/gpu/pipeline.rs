@@ -8,9 +8,9 @@ use physvideo_tests::{device, folder};
 fn cleared(gpu: &Gpu) -> Result<Vec<u32>, GpuError> {
     let counts = gpu.upload("run", "counts", &[3u32; 64])?;
     let (list, table) = (gpu.alloc("run", "list", 1)?, gpu.alloc("run", "table", 1)?);
-    let grid = gpu.upload("run", "grid", &[Grid { capacity: 1, blocks: [1; 3], dx: 1.0, ..Default::default() }])?;
+    let immediates = Grid { capacity: 1, blocks: [1; 3], dx: 1.0, ..Default::default() };
     let mut rec = Recording::new("clear");
-    rec.call(&cells::Clear { list, table, counts, grid }, &Constants::none(), Groups::Direct([1, 1, 1]));
+    rec.call(&cells::Clear { list, table, counts, immediates }, &Constants::none(), Groups::Direct([1, 1, 1]));
     gpu.run(&rec)?;
     gpu.read(counts)
 }

@@ -26,11 +26,7 @@ fn inputs(ask: Ask) -> Call {
     let table: Vec<u32> = (0..60).map(|i| 1000 + i).collect();
     let counts: Vec<u32> = (0..slots * 64).map(|_| random.below(9) as u32).collect();
     // Two workgroups more than there is room for: the capacity must stop them.
-    Call::new(slots + 2)
-        .with("list", &blocks[..slots])
-        .with("table", &table)
-        .with("counts", &counts)
-        .with("grid", &[grid])
+    Call::new(slots + 2).with("list", &blocks[..slots]).with("table", &table).with("counts", &counts).grid(&grid)
 }
 
 fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {

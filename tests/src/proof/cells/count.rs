@@ -37,7 +37,7 @@ fn inputs(ask: Ask) -> Call {
         .with("counts", &vec![0u32; sorted.counts.len()])
         .with("ranks", &vec![NOWHERE; ask.items])
         .with("clock", &[clock])
-        .with("grid", &[sorted.grid])
+        .grid(&sorted.grid)
 }
 
 fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {

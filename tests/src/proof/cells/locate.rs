@@ -36,9 +36,10 @@ fn inputs(ask: Ask) -> Call {
         .with("particles", &cloud.particles)
         .with("keys", &vec![0xabcd_u32; ask.items])
         .with("table", &vec![0u32; 60])
+        .with("claimed", &vec![0u32; 60])
         .with("list", &vec![NOWHERE; grid.capacity as usize])
         .with("live", &[Live::default()])
-        .with("grid", &[grid])
+        .grid(&grid)
         .with("clock", &[clock])
 }
 
@@ -68,7 +69,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         Compared::equal("keys", &out.get::<u32>("keys"), &keys),
         Compared::fact(
             "particles keep their bits but the flag",
-            out.bytes("particles") == bytemuck::cast_slice(&after),
+            out.bytes("particles") == bytemuck::cast_slice::<_, u8>(&after),
         ),
         Compared::equal(
             "live.blocks, nodes, overflow",

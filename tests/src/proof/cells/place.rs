@@ -28,7 +28,7 @@ fn inputs(ask: Ask) -> Call {
         .with("ranks", &sorted.ranks)
         .with("order", &vec![NOWHERE; ask.items])
         .with("clock", &[clock])
-        .with("grid", &[sorted.grid])
+        .grid(&sorted.grid)
 }
 
 fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {

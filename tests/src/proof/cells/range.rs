@@ -42,7 +42,7 @@ fn inputs(ask: Ask) -> Call {
         .with("table", &sorted.table)
         .with("list", &sorted.list)
         .with("live", &[live])
-        .with("grid", &[sorted.grid])
+        .grid(&sorted.grid)
 }
 
 fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {

@@ -35,7 +35,6 @@ fn inputs(ask: Ask) -> Call {
         clamped_velocity: 3,
         quarantined: 4,
         particles: ask.items as u32,
-        load: 1.0,
         ..Default::default()
     };
     let mut live = Live { blocks: 3, nodes: 9, cursor: 100, ..Default::default() };

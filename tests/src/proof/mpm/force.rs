@@ -44,8 +44,9 @@ pub fn forces() -> Forces {
 }
 
 /// Acceleration on material of a body at x moving at v, and whether rounding could decide about it.
-pub fn acceleration(forces: &Forces, mask: u32, x: Vec3, v: Vec3, t: f64, load: f64) -> (Vec3, bool) {
-    let (mut sum, mut close) = (vec3(&forces.gravity), false);
+pub fn acceleration(forces: &Forces, mask: u32, x: Vec3, v: Vec3, t: f64) -> (Vec3, bool) {
+    // The highest bit says that gravity is carried from the start.
+    let (mut sum, mut close) = (if mask >> 31 == 1 { Vec3::zeros() } else { vec3(&forces.gravity) }, false);
     for (i, field) in forces.d[..forces.count as usize].iter().enumerate() {
         if mask >> i & 1 == 1 {
             let margin = inside(field, x).min(t - f64::from(field.start)).min(f64::from(field.end) - t);
@@ -55,7 +56,7 @@ pub fn acceleration(forces: &Forces, mask: u32, x: Vec3, v: Vec3, t: f64, load: 
             }
         }
     }
-    (load * sum, close)
+    (sum, close)
 }
 
 /// Distance inside a field's region, negative outside.

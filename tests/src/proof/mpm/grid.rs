@@ -52,7 +52,7 @@ fn inputs(ask: Ask) -> Call {
         .with("list", &sorted.list)
         .with("live", &[LiveBlocks { blocks: sorted.blocks as u32 }])
         .with("nodes", &vec![[f32::NAN; 4]; slots * 64])
-        .with("grid", &[sorted.grid])
+        .grid(&sorted.grid)
         .with("clock", &[clock])
         .with("colliders", &[colliders])
 }

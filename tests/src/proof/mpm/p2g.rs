@@ -34,20 +34,20 @@ pub(super) fn inputs(ask: Ask) -> Call {
         .with("starts", &sorted.starts)
         .with("counts", &sorted.counts)
         .with("tiles", &vec![[f32::NAN; 4]; slots * TILE])
-        .with("grid", &[sorted.grid])
+        .grid(&sorted.grid)
         .with("clock", &[clock()])
         .with("forces", &[force::forces()])
 }
 
 fn clock() -> Clock {
-    Clock { frame_start: 0.75, t: 0.25, dt: 2e-3, load: 0.8, ..Default::default() }
+    Clock { frame_start: 0.75, t: 0.25, dt: 2e-3, ..Default::default() }
 }
 
 /// Moves particles off the borders of force regions, where rounding decides.
 fn keep_clear(particles: &mut [Particle]) {
     let forces = force::forces();
     for p in particles {
-        while force::acceleration(&forces, u32::MAX, vec3(&p.x), vec3(&p.v), 1.0, 1.0).1 {
+        while force::acceleration(&forces, u32::MAX, vec3(&p.x), vec3(&p.v), 1.0).1 {
             p.x[0] += 3.0 * force::MARGIN as f32;
         }
     }
@@ -89,7 +89,7 @@ pub(super) fn compare_tiles(call: &Call, out: &Buffers) -> Vec<Compared> {
             let (m, v, c, tau) = (f64::from(p.m), vec3(&p.v), affine(p), stress(p));
             let mask = bodies[(p.tag & 0xff) as usize].fields;
             let time = f64::from(clock.frame_start) + f64::from(clock.t);
-            let (a, _) = force::acceleration(&forces, mask, vec3(&p.x), v, time, f64::from(clock.load));
+            let (a, _) = force::acceleration(&forces, mask, vec3(&p.x), v, time);
             let mass = if free > 0.0 { m } else { 1e6 * m };
             let carried = m * (v.norm() + dt * a.norm() + c.norm() * dx) + 4.0 * dt * tau.norm() / dx;
             for r in spline::reach(&grid, &p.x) {
