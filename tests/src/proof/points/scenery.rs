@@ -22,7 +22,7 @@ pub fn discs(ask: Ask, size: [u32; 2]) -> Vec<[f32; 4]> {
                 3 => d[2] = 1e30,
                 4 => *d = [2.5, 3.5, 0.25, 1e-12], // one pixel, barely
                 5 => d[0] = -3e38,
-                6 => d[2] = f32::MAX,
+                6 => d[2] = 1e38, // no blend depth is 3e38
                 _ => *d = [0.0; 4],
             }
         }
@@ -72,6 +72,8 @@ impl Scenery {
                 (false, 1) => 0.1,
                 (false, _) => 2.0 * z + 0.01 * f64::from(random.range(-1.0, 1.0)),
             };
+            // Off the grid, else the rims of many would lie where rounding decides.
+            let [x, y] = if exact { [x, y] } else { [x, y].map(|c| c + f64::from(random.range(-0.4, 0.4))) };
             let q = DVec3::new((x - view.center.x) * z / view.focal.x, (y - view.center.y) * z / view.focal.y, z);
             let at = view.rotation.transpose() * (q - view.translation);
             let radius = if pixels { r } else { r * z / view.focal.x };
