@@ -153,6 +153,15 @@ impl Clip<'_> {
 
     /// Simulates, draws and hands over every frame.
     fn play(&mut self, gpu: &Gpu, interrupt: &Interrupt) -> Result<(), AppError> {
+        // First, because it may refuse a size.
+        let mut encoder = match self.plan.runs("encode") {
+            true => {
+                let (width, height) = self.assembled.size;
+                Some(EncoderThread::spawn(&self.out.join(VIDEO), width, height, f64::from(self.report.fps))?)
+            }
+            false => None,
+        };
+        let mut writer = Writer::spawn(self.out)?;
         let deterministic = self.scene.simulation.deterministic;
         let method = Method { deterministic, ..Method::default() };
         let mut animation = Animation::new(gpu, self.scene, self.assembled, self.plan, method)?;
@@ -168,14 +177,6 @@ impl Clip<'_> {
         if self.plan.runs("render") {
             create_folder(&self.out.join("frames"))?;
         }
-        let mut writer = Writer::spawn(self.out)?;
-        let mut encoder = match self.plan.runs("encode") {
-            true => {
-                let (width, height) = self.assembled.size;
-                Some(EncoderThread::spawn(&self.out.join(VIDEO), width, height, f64::from(self.report.fps))?)
-            }
-            false => None,
-        };
         let played = self.frames(&mut animation, interrupt, points, &mut writer, &mut encoder);
         // Whatever happened, what was finished is kept.
         let since = Instant::now();
