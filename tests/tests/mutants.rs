@@ -31,11 +31,38 @@ const MUTANTS: [(&str, &str, &str, &str); 17] = [
     ("mpm/measure", "mpm/measure", "0.5 * dot(momentum, p.v)", "0.49 * dot(momentum, p.v)"),
 ];
 
+/// The same for drawing.
+const POINTS: [(&str, &str, &str, &str); 23] = [
+    ("points/bin_count", "lib/splat", "ceil(s.xy - s.w - vec2f(0.5))", "floor(s.xy - s.w - vec2f(0.5))"),
+    ("points/bin_count", "points/bin_count", "group.y * groups.x", "group.y * 2u"),
+    ("points/bin_place", "points/bin_place", "at < call.room", "at <= call.room"),
+    ("points/bin_range", "points/bin_range", "- mine", "- 0u * mine"),
+    ("points/bin_range", "points/bin_range", "first + sums[63] < first", "false"),
+    ("points/bind", "points/bind", "cross(c, a)", "cross(a, c)"),
+    ("points/bind", "points/bind", "abs(volume) > 1e-6", "true"),
+    ("points/blend", "lib/nearest", "b.z == a.z && b.id < a.id", "b.z == a.z && b.id > a.id"),
+    ("points/blend", "points/blend", "d.x < d.y", "d.x <= d.y"),
+    ("points/blend", "lib/nearest", "hit.z <= limit", "hit.z < limit"),
+    ("points/blend", "lib/pixel", "1.0 - weight", "1.001 - weight"),
+    ("points/blend", "points/blend", "min(ends.d[tile], call.room)", "ends.d[tile]"),
+    ("points/blend_shared", "points/blend_shared", "min(to.zw, vec2i(7))", "min(to.zw, vec2i(6))"),
+    ("points/carry", "points/carry", "(turned - offset)", "turned - offset * 0.9999"),
+    ("points/carry", "points/carry", "(particles.d[id].tag & QUARANTINED) != 0u", "false"),
+    ("points/compose", "points/compose", "vec3u(127u)", "vec3u(126u)"),
+    ("points/nearest32", "points/nearest32", "d.x >= d.y", "d.x > d.y"),
+    ("points/nearest64", "points/nearest64", "u64(i);", "u64(screen.points - i);"),
+    ("points/project", "lib/splat", "q.z >= c.near", "q.z > c.near"),
+    ("points/resolve", "lib/pixel", "max(b.weight, LEAST_WEIGHT)", "max(b.weight, 1e-4)"),
+    ("points/uncover", "points/uncover", "smoothstep(0.0, call.full, moved)", "clamp(moved / call.full, 0.0, 1.0)"),
+    ("points/unproject", "points/unproject", "/ view.focal.x)", "/ view.focal.y)"),
+    ("points/unproject", "points/unproject", "(bitcast<u32>(z) & 0x7f800000u) != 0x7f800000u && ", ""),
+];
+
 #[test]
 fn every_mistake_is_caught() {
     let copy = tempfile::tempdir().unwrap();
     let mut missed = Vec::new();
-    for (kernel, file, from, to) in MUTANTS {
+    for (kernel, file, from, to) in MUTANTS.into_iter().chain(POINTS) {
         folder::copy_kernels(copy.path());
         folder::edit(copy.path(), file, from, to);
         let gpu = device::open(Options { wgsl: Some(copy.path().into()), validation: false, ..device::options() });

@@ -40,6 +40,8 @@ fn row(a: vec3f, b: vec3f, c: vec3f, w: vec3f, g: vec3f, d: vec3f) -> Row {
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
+    // Read first: a software driver makes one load of a uniform address only before any branch.
+    let dt = clock.dt;
     let slot = group.x;
     if (slot >= grid.capacity) { return; }
     if (lane < 8u) {
@@ -91,7 +93,6 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         let n022 = tile[at + 84u].xyz;
         let n122 = tile[at + 85u].xyz;
         let n222 = tile[at + 86u].xyz;
-        let dt = clock.dt;
         var current = NOWHERE;
         var body: Body;
         let origin = grid.origin;

@@ -23,6 +23,11 @@ var<workgroup> near: array<u32, 16>;    // obstacles that may hold nodes of this
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
+    // Read first: a software driver makes one load of a uniform address only before any branch.
+    let dt = clock.dt;
+    let time = clock.frame_start + clock.t + dt;
+    let count = colliders.count;
+    let here = live.blocks;
     let slot = group.x;
     if (slot >= grid.capacity) { return; }
     let block = block_coord(grid, list.d[slot]);
@@ -31,13 +36,10 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         var found = NOWHERE;
         if (all(block >= d)) {
             let entry = table.d[block_index(grid, block - d)] - 1u;
-            if (entry < min(live.blocks, grid.capacity)) { found = entry; }
+            if (entry < min(here, grid.capacity)) { found = entry; }
         }
         from_slot[lane] = found;
     }
-    let dt = clock.dt;
-    let time = clock.frame_start + clock.t + dt;
-    let count = colliders.count;
     if (lane < count) {
         // Half the diagonal of 3 × 3 × 3 cells around the block's middle.
         let middle = grid.origin + (vec3f(block * 4u) + vec3f(1.5)) * grid.dx;

@@ -21,15 +21,15 @@ var<workgroup> tile: array<vec4f, TILE>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let slot = group.x;
-    if (slot >= grid.capacity) { return; }
-    // Read once: the driver cannot know that nothing written here overlaps them.
+    // Read once and first: a software driver makes one load of a uniform address only before any branch.
     let origin = grid.origin;
     let dx = grid.dx;
     let dt = clock.dt;
     let time = clock.frame_start + clock.t;
     let gravity = forces.gravity.xyz;
     let field_count = forces.count;
+    let slot = group.x;
+    if (slot >= grid.capacity) { return; }
     let first = starts.d[slot * 64u + lane];
     let last = first + counts.d[slot * 64u + lane];
     // Sums depend on their order: sort the cell's few particles by number.

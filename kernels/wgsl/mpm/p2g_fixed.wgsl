@@ -36,19 +36,19 @@ fn add(i: u32, x: vec4f) {
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let slot = group.x;
-    if (slot >= grid.capacity) { return; }
-    for (var i = lane; i < 4u * TILE; i += 64u) { atomicStore(&tile[i], 0); }
-    for (var i = lane; i < TILE; i += 64u) { atomicStore(&pinned[i], 0); }
-    let first = starts.d[slot * 64u];
-    let last = starts.d[slot * 64u + 63u] + counts.d[slot * 64u + 63u];
-    // Read once: the driver cannot know that nothing written here overlaps them.
+    // Read once and first: a software driver makes one load of a uniform address only before any branch.
     let origin = grid.origin;
     let dx = grid.dx;
     let dt = clock.dt;
     let time = clock.frame_start + clock.t;
     let gravity = forces.gravity.xyz;
     let field_count = forces.count;
+    let slot = group.x;
+    if (slot >= grid.capacity) { return; }
+    for (var i = lane; i < 4u * TILE; i += 64u) { atomicStore(&tile[i], 0); }
+    for (var i = lane; i < TILE; i += 64u) { atomicStore(&pinned[i], 0); }
+    let first = starts.d[slot * 64u];
+    let last = starts.d[slot * 64u + 63u] + counts.d[slot * 64u + 63u];
     // The block's largest momentum and mass set the units; maxima do not depend on order either.
     var top = 0.0;
     var heavy = 0.0;

@@ -33,19 +33,19 @@ fn main(
     @builtin(subgroup_size) lanes: u32,
     @builtin(subgroup_invocation_id) me: u32,
 ) {
-    let slot = group.x;
-    if (slot >= grid.capacity) { return; }
-    for (var i = lane; i < 4u * TILE; i += 64u) { atomicStore(&tiles.d[slot * 4u * TILE + i], 0.0); }
-    storageBarrier();
-    let first = starts.d[slot * 64u];
-    let last = starts.d[slot * 64u + 63u] + counts.d[slot * 64u + 63u];
-    // Read once: the driver cannot know that nothing written here overlaps them.
+    // Read once and first: a software driver makes one load of a uniform address only before any branch.
     let origin = grid.origin;
     let dx = grid.dx;
     let dt = clock.dt;
     let time = clock.frame_start + clock.t;
     let gravity = forces.gravity.xyz;
     let field_count = forces.count;
+    let slot = group.x;
+    if (slot >= grid.capacity) { return; }
+    for (var i = lane; i < 4u * TILE; i += 64u) { atomicStore(&tiles.d[slot * 4u * TILE + i], 0.0); }
+    storageBarrier();
+    let first = starts.d[slot * 64u];
+    let last = starts.d[slot * 64u + 63u] + counts.d[slot * 64u + 63u];
     for (var round = first; round < last; round += 64u) {
         let i = round + lane;
         let here = i < last;

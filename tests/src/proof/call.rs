@@ -1,7 +1,7 @@
 //! Inputs and outputs of one kernel call as plain bytes by the name of the binding. Knows no device.
 
 use bytemuck::Pod;
-use physvideo_gpu::Constants;
+use physvideo_gpu::{Constants, Groups};
 
 /// The contents of buffers, by name.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -51,6 +51,10 @@ pub struct Call {
     pub immediates: Vec<u8>,
     /// Workgroups.
     pub groups: u32,
+    /// Rows the workgroups are folded into.
+    pub rows: u32,
+    /// Least subgroup size the kernel is made for; devices with smaller ones run another kernel.
+    pub lanes: u32,
 }
 
 impl Call {
@@ -61,6 +65,8 @@ impl Call {
             constants: Constants::none(),
             immediates: Vec::new(),
             groups: u32::try_from(groups).expect("fewer than 2^32 workgroups"),
+            rows: 1,
+            lanes: 1,
         }
     }
 
@@ -76,6 +82,23 @@ impl Call {
     pub fn constant(mut self, name: &str, value: f64) -> Self {
         self.constants = self.constants.with(name, value);
         self
+    }
+
+    /// With the workgroups folded into rows, as a long dispatch is; the last row may have some too many.
+    #[must_use]
+    pub fn rows(self, rows: u32) -> Self {
+        Self { rows, ..self }
+    }
+
+    /// Only for devices with subgroups of that size.
+    #[must_use]
+    pub fn lanes(self, lanes: u32) -> Self {
+        Self { lanes, ..self }
+    }
+
+    /// What to dispatch.
+    pub fn dispatch(&self) -> Groups {
+        Groups::Direct([self.groups.div_ceil(self.rows), self.rows, 1])
     }
 
     /// With the grid as immediates, and among the buffers for the twin to read.

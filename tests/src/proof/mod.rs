@@ -8,6 +8,7 @@ pub mod compare;
 pub mod harness;
 pub mod lattice;
 pub mod mpm;
+pub mod points;
 
 pub use call::{Buffers, Call};
 pub use compare::{Compared, Report};
@@ -27,6 +28,20 @@ pub static CASES: &[&Case] = &[
     &mpm::p2g_fixed::CASE,
     &mpm::p2g_float::CASE,
     &mpm::stress_case::CASE,
+    &points::bin_count::CASE,
+    &points::bin_place::CASE,
+    &points::bin_range::CASE,
+    &points::bind::CASE,
+    &points::blend::CASE,
+    &points::blend_shared::CASE,
+    &points::carry::CASE,
+    &points::compose::CASE,
+    &points::nearest32::CASE,
+    &points::nearest64::CASE,
+    &points::project::CASE,
+    &points::resolve::CASE,
+    &points::uncover::CASE,
+    &points::unproject::CASE,
 ];
 
 /// What is needed to prove and to time a kernel.
@@ -52,7 +67,7 @@ pub struct Case {
 /// What inputs to make.
 #[derive(Clone, Copy, Debug)]
 pub struct Ask {
-    /// Items: particles, for all kernels so far.
+    /// Items: particles, points, pixels or tiles.
     pub items: usize,
     /// Seed; also chooses between variants of a kernel.
     pub seed: u64,

@@ -95,7 +95,8 @@ pub fn draw(scene: &Scene<'_>) -> Vec<Pixel> {
     pixels.map(|(x, y)| pixel(scene, DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5))).collect()
 }
 
-fn pixel(scene: &Scene<'_>, at: DVec2) -> Pixel {
+/// The pixel whose centre is at `at` [px].
+pub fn pixel(scene: &Scene<'_>, at: DVec2) -> Pixel {
     let mut unsure = false;
     // Depth, number and 1 − d²/r².
     let mut hits: Vec<(f64, usize, f64)> = Vec::new();

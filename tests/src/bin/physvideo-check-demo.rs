@@ -1,0 +1,261 @@
+//! Measures what the demo promises on the files it wrote: prints each figure beside its bound and fails when one is
+//! missed. Does not draw or simulate anything itself.
+//!
+//! `physvideo-check-demo SCENE OUT`: the scene must be a photograph with one simulated object, held by pins, and write
+//! its points as NPZ.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use physvideo::assemble::{Assembled, View, assemble};
+use physvideo::backdrop::dilate;
+use physvideo::geometry;
+use physvideo::scene::Source;
+use physvideo_app::cli::Overrides;
+use physvideo_app::error::AppError;
+use physvideo_app::io::read::{read_color_image, read_points};
+use physvideo_app::load::Loaded;
+use physvideo_tests::demo::{self, Picture, Still};
+
+/// Around the places of leaf pixels [px]: the width of their discs and what the blend of four particles' shifts leaves
+/// out of the deformation.
+const MARGIN: u32 = 4;
+/// Around the photographed leaves the background fades from the photograph to what is behind [px]: pixels of two
+/// colours by intent.
+const RIM: u32 = 11;
+/// Tips are the farthest particles from what is held within this distance [m].
+const TIP: f32 = 0.05;
+/// Swings below this are not counted as a change of sign [px].
+const SWING: f32 = 2.0;
+
+fn main() -> ExitCode {
+    let arguments: Vec<PathBuf> = std::env::args_os().skip(1).map(PathBuf::from).collect();
+    let [scene, out] = arguments.as_slice() else {
+        eprintln!("usage: physvideo-check-demo SCENE OUT");
+        return ExitCode::from(2);
+    };
+    match check(scene, out) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(sentence) => {
+            eprintln!("error: {sentence}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Figures against bounds.
+#[derive(Default)]
+struct Table {
+    missed: bool,
+}
+
+impl Table {
+    fn row(&mut self, what: &str, value: impl std::fmt::Display, bound: &str, kept: bool) {
+        println!("{} {what:<52} {value:>12}   {bound}", if kept { "ok    " } else { "MISSED" });
+        self.missed |= !kept;
+    }
+}
+
+fn check(scene: &Path, out: &Path) -> Result<bool, String> {
+    let (loaded, assembled) = load(scene)?;
+    let run = Run::read(&loaded, &assembled, out)?;
+    let mut table = Table::default();
+    let asked = loaded.scene.output.frames;
+    table.row("frames", run.frames.len(), &format!("= {asked}"), run.frames.len() == asked as usize);
+    table.row("video.mp4 [bytes]", run.video, "> 0", run.video > 0);
+
+    let object = run.leaves.iter().zip(&run.pot).map(|(a, b)| *a || *b).collect::<Vec<_>>();
+    let outside: Vec<bool> = object.iter().map(|o| !o).collect();
+    let likeness = demo::psnr(&run.frames[0], &run.photo, &object);
+    table.row(
+        "frame 0 and photograph inside the masks, PSNR [dB]",
+        format!("{likeness:.1}"),
+        ">= 30",
+        likeness >= 30.0,
+    );
+    let other = demo::changed(&run.frames[0], &run.photo, &outside);
+    table.row("pixels of frame 0 changed outside the masks", other, "= 0", other == 0);
+
+    let covered = run.covered()?;
+    let mut still = Still::new(run.photo.width, object.len());
+    run.frames.iter().zip(&covered).for_each(|(frame, covered)| still.see(frame, covered));
+    let uncovered = (0..object.len()).filter(|i| run.leaves[*i] && still.seen[*i] > 0).count();
+    table.row("pixels uncovered where leaves were", uncovered, "> 0", uncovered > 0);
+    let open = demo::unfilled(&still, &run.photo, &run.leaves);
+    table.row("of these unfilled", open, "= 0", open == 0);
+
+    let moved = run.pot_shift(&covered);
+    table.row("shift of the pot, worst frame [px]", moved, "<= 1", moved <= 1);
+    run.tips(&mut table)?;
+    let loose = run.detached(&still, &covered)?;
+    table.row("object pixels detached, worst frame [%]", format!("{loose:.3}"), "<= 0.1", loose <= 0.1);
+    Ok(!table.missed)
+}
+
+fn load(scene: &Path) -> Result<(Loaded, Assembled), String> {
+    let said = |e: AppError| e.to_string();
+    let loaded = Loaded::open(scene, &Overrides::default()).map_err(said)?;
+    let plan = loaded.plan();
+    let inputs = loaded.inputs(&plan).map_err(said)?;
+    let assembled = assemble(&loaded.scene, &inputs, &plan).map_err(|p| loaded.locate(vec![p]).to_string())?;
+    Ok((loaded, assembled))
+}
+
+/// What a run wrote, beside what it started from.
+struct Run<'a> {
+    assembled: &'a Assembled,
+    photo: Picture,
+    /// Pixels of the simulated object, and of those that stand still.
+    leaves: Vec<bool>,
+    pot: Vec<bool>,
+    frames: Vec<Picture>,
+    /// Particles of each frame [m].
+    particles: Vec<Vec<[f32; 3]>>,
+    /// The object's pixels as points [m], each with its particles.
+    points: Vec<[f32; 3]>,
+    carriers: Vec<geometry::Carrier>,
+    video: u64,
+}
+
+impl<'a> Run<'a> {
+    fn read(loaded: &Loaded, assembled: &'a Assembled, out: &Path) -> Result<Self, String> {
+        let Some(View { photo, surfaces: Some(surfaces), world, .. }) = &assembled.view else {
+            return Err("the scene has no photograph, there is nothing to compare with".into());
+        };
+        let ([body], [index]) = (assembled.world.bodies.as_slice(), assembled.object_of.as_slice()) else {
+            return Err("the scene must have one simulated object".into());
+        };
+        let Source::Mask { label, .. } = loaded.scene.objects[*index].source else {
+            return Err(format!("object '{}' is not a mask of the photograph", body.name));
+        };
+        let still: Vec<u8> = loaded
+            .scene
+            .objects
+            .iter()
+            .filter(|o| o.material.is_none())
+            .filter_map(|o| if let Source::Mask { label, .. } = o.source { Some(label) } else { None })
+            .collect();
+        let points = geometry::display_points(surfaces, label, &photo.rgb, world).map_err(|e| e.to_string())?.positions;
+        let spacing = body.particle_volume.cbrt();
+        let carriers = geometry::attach(&points, &body.positions, spacing).map_err(|e| e.to_string())?;
+        let (frames, particles) = frames(out, (photo.width, photo.height), body.positions.len())?;
+        Ok(Self {
+            assembled,
+            photo: Picture { width: photo.width as usize, rgb: photo.rgb.clone() },
+            leaves: photo.labels.iter().map(|l| *l == label).collect(),
+            pot: photo.labels.iter().map(|l| still.contains(l)).collect(),
+            frames,
+            particles,
+            points,
+            carriers,
+            video: std::fs::metadata(out.join("video.mp4")).map_or(0, |m| m.len()),
+        })
+    }
+
+    /// Pixels that each of `points` carried by the particles of a frame falls on; none outside the picture.
+    fn pixels(&self, frame: usize) -> impl Iterator<Item = Option<usize>> {
+        let (start, now) = (&self.particles[0], &self.particles[frame]);
+        let (w, h) = (self.photo.width, self.photo.rgb.len() / self.photo.width);
+        self.points.iter().zip(&self.carriers).map(move |(x, c)| {
+            let mut x = *x;
+            for (p, weight) in c.particle.iter().zip(c.weight) {
+                (0..3).for_each(|a| x[a] += weight * (now[*p as usize][a] - start[*p as usize][a]));
+            }
+            let at = demo::project(&self.assembled.camera, x);
+            let inside = at.x >= 0.0 && at.y >= 0.0 && at.x < w as f32 && at.y < h as f32;
+            inside.then(|| at.y as usize * w + at.x as usize)
+        })
+    }
+
+    fn grown(&self, mask: &[bool], by: u32) -> Result<Vec<bool>, String> {
+        let width = self.photo.width as u32;
+        dilate(width, mask.len() as u32 / width, mask, by).map_err(|e| e.to_string())
+    }
+
+    /// Pixels with leaves on or near them, in each frame.
+    fn covered(&self) -> Result<Vec<Vec<bool>>, String> {
+        (0..self.frames.len())
+            .map(|frame| {
+                let mut mask = vec![false; self.photo.rgb.len()];
+                self.pixels(frame).flatten().for_each(|i| mask[i] = true);
+                self.grown(&mask, MARGIN)
+            })
+            .collect()
+    }
+
+    /// The largest shift of what is seen of the pot against frame 0 [px].
+    fn pot_shift(&self, covered: &[Vec<bool>]) -> i32 {
+        let shift = |(frame, now): (&Picture, &Vec<bool>)| {
+            let seen: Vec<bool> = (0..now.len()).map(|i| self.pot[i] && !now[i] && !covered[0][i]).collect();
+            demo::shift(&self.frames[0], frame, &seen).map(i32::abs).into_iter().max()
+        };
+        self.frames.iter().zip(covered).filter_map(shift).max().unwrap_or(0)
+    }
+
+    fn tips(&self, table: &mut Table) -> Result<(), String> {
+        let held = &self.assembled.world.bodies[0].pinned;
+        let tips = demo::tips(&self.particles[0], held, TIP);
+        let paths = demo::paths(&self.assembled.camera, &self.particles, &tips);
+        let sways: Vec<(f32, usize)> = paths.iter().map(|p| (demo::reach(p), demo::reversals(p, SWING))).collect();
+        let good = |(reach, turns): &&(f32, usize)| (10.0..=60.0).contains(reach) && *turns >= 2;
+        let all = sways.iter().map(|(reach, turns)| format!("{reach:.0} px × {turns}")).collect::<Vec<_>>().join(", ");
+        println!("       leaf tips, farthest from the start × changes of direction: {all}");
+        let best = sways.iter().filter(good).map(|s| s.0).fold(0.0, f32::max);
+        table.row("a leaf tip that sways [px]", format!("{best:.1}"), "10 to 60, turning twice", best > 0.0);
+        Ok(())
+    }
+
+    /// Pixels of the object that are not on it any more [% of its pixels], in the worst frame: those drawn where
+    /// nothing of it should be, and pieces that no longer hang together with what is held.
+    fn detached(&self, still: &Still, covered: &[Vec<bool>]) -> Result<f64, String> {
+        let rim = self.grown(&self.leaves, RIM)?;
+        let held = &self.assembled.world.bodies[0].pinned;
+        let torn = |frame: usize| -> Result<usize, String> {
+            let (mut mask, mut root) = (vec![false; self.photo.rgb.len()], vec![false; self.photo.rgb.len()]);
+            for (at, c) in self.pixels(frame).zip(&self.carriers) {
+                if let Some(i) = at {
+                    mask[i] = true;
+                    root[i] |= c.particle.iter().any(|p| held[*p as usize]);
+                }
+            }
+            Ok(demo::islands(self.photo.width, &self.grown(&mask, 1)?, &root))
+        };
+        let before = torn(0)?;
+        let mut worst = 0;
+        for (frame, (picture, covered)) in self.frames.iter().zip(covered).enumerate() {
+            let free: Vec<bool> = (0..covered.len()).map(|i| !covered[i] && (self.leaves[i] || !rim[i])).collect();
+            let stray = demo::changed(picture, &still.picture, &free);
+            worst = worst.max(stray + torn(frame)?.saturating_sub(before));
+        }
+        Ok(100.0 * worst as f64 / self.points.len().max(1) as f64)
+    }
+}
+
+/// Pictures and particles of every frame that was written.
+#[expect(clippy::type_complexity, reason = "two parallel lists")]
+fn frames(out: &Path, size: (u32, u32), particles: usize) -> Result<(Vec<Picture>, Vec<Vec<[f32; 3]>>), String> {
+    let (mut pictures, mut positions) = (Vec::new(), Vec::new());
+    loop {
+        let name = format!("frame_{:05}", pictures.len());
+        let path = out.join("frames").join(format!("{name}.png"));
+        if !path.exists() {
+            break;
+        }
+        let image = read_color_image(&path).map_err(|e| e.to_string())?;
+        if (image.width, image.height) != size {
+            return Err(format!("{} is not {} × {} pixels", path.display(), size.0, size.1));
+        }
+        let rgb = image.rgb.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
+        pictures.push(Picture { width: image.width as usize, rgb });
+        let points = read_points(&out.join("points").join(format!("{name}.npz"))).map_err(|e| e.to_string())?;
+        if points.positions.len() != particles {
+            return Err(format!("frame {name} has {} particles, the scene {particles}", points.positions.len()));
+        }
+        positions.push(points.positions);
+    }
+    if pictures.is_empty() {
+        return Err(format!("there are no frames in {}", out.join("frames").display()));
+    }
+    Ok((pictures, positions))
+}
