@@ -5,25 +5,31 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use glam::Vec3;
-use physvideo_gpu::kernels::{Camera, Deformation, Particle};
+use physvideo_gpu::kernels::Camera;
 
 use crate::geometry::{
     self, GeometryError, Lattice, MaskBody, Particles, PhotoData, Smoothing, SurfaceMap, TriangleMesh, WorldFromCamera,
 };
+use crate::limits::{Crowd, MOST_BODIES, refuse_wide};
 use crate::plan::Plan;
 use crate::scene::{Depth, Kind, Object, Problem, Region, Scene, Source};
 use crate::stages::view;
 use crate::world::{self, Body, World};
+
+/// Vertices, in the file's own units, and triangles over them.
+pub type Mesh = (Vec<[f32; 3]>, Vec<[u32; 3]>);
+/// Positions, in the file's own units, and sRGB colours 0–1, where there are any.
+pub type Points = (Vec<[f32; 3]>, Option<Vec<[f32; 3]>>);
 
 /// Decoded files of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct Inputs {
     /// The photograph at its full size.
     pub photo: Option<PhotoData>,
-    /// Vertices and triangles, by index of the object.
-    pub meshes: BTreeMap<usize, (Vec<[f32; 3]>, Vec<[u32; 3]>)>,
-    /// Positions and sRGB colours 0–1, by index of the object.
-    pub points: BTreeMap<usize, (Vec<[f32; 3]>, Option<Vec<[f32; 3]>>)>,
+    /// Meshes, by index of the object.
+    pub meshes: BTreeMap<usize, Mesh>,
+    /// Points, by index of the object.
+    pub points: BTreeMap<usize, Points>,
     /// Memory the run may take [bytes]; bodies that need more are refused before they are made. Absent: not known.
     pub memory: Option<u64>,
 }
@@ -81,7 +87,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
     let lattice = Lattice::new(dx, scene.simulation.particles_per_cell)
         .map_err(|e| at("simulation.particles_per_cell".into(), e))?;
     let since = Instant::now();
-    let mut crowd = Crowd { particles: 0, memory: inputs.memory.unwrap_or(u64::MAX) };
+    let mut crowd = Crowd::new(inputs.memory);
     let mut bodies = Vec::new();
     let mut colors = Vec::new();
     let mut object_of = Vec::new();
@@ -204,51 +210,6 @@ fn frame_size(scene: &Scene, view: Option<&View>) -> (u32, u32) {
             let height = scene.output.height.unwrap_or((scene.output.width * 9 / 16).max(2));
             (scene.output.width, height.next_multiple_of(2))
         }
-    }
-}
-
-/// Bodies the tag of a particle can name.
-const MOST_BODIES: usize = 256;
-/// Particles the kernels can number.
-const MOST_PARTICLES: u64 = 1 << 28;
-/// Device memory of a particle at the least: its state, twice, and its place in the sort.
-const PARTICLE_BYTES: u64 = 2 * (size_of::<Particle>() + size_of::<Deformation>()) as u64 + 12;
-
-/// Blocks of 4³ cells the sort can number.
-const MOST_BLOCKS: f64 = 67_108_864.0;
-
-fn refuse_wide(domain: ([f32; 3], [f32; 3]), dx: f32) -> Result<(), Problem> {
-    // Two blocks a side are added for the stencils; f64, because the numbers may be anything.
-    let side = |a: usize| ((f64::from(domain.1[a]) - f64::from(domain.0[a])) / f64::from(dx) / 4.0).ceil() + 3.0;
-    let blocks = side(0) * side(1) * side(2);
-    if blocks <= MOST_BLOCKS {
-        return Ok(());
-    }
-    let message = format!("the grid would have {blocks:.3e} blocks of 4 × 4 × 4 cells; at most {MOST_BLOCKS} fit");
-    let help = "give a smaller simulation.domain or lower simulation.grid_density";
-    Err(Problem::new(Kind::OutOfRange, "simulation.domain", message).help(help))
-}
-
-/// Counts particles before they are made, and refuses what could not be held.
-struct Crowd {
-    particles: u64,
-    memory: u64,
-}
-
-impl Crowd {
-    fn add(&mut self, key: &str, object: &Object, count: u64) -> Result<(), Problem> {
-        self.particles = self.particles.saturating_add(count);
-        let need = self.particles.saturating_mul(PARTICLE_BYTES);
-        let available = self.memory.min(MOST_PARTICLES * PARTICLE_BYTES);
-        if need <= available {
-            return Ok(());
-        }
-        let message = format!(
-            "'{}' would have about {count} particles; with those before it they need {need} bytes, and {available} \
-             bytes are available",
-            object.name
-        );
-        Err(Problem::new(Kind::Memory, key, message).help("lower simulation.grid_density or make the object smaller"))
     }
 }
 

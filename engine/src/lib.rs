@@ -6,6 +6,7 @@ pub mod assemble;
 pub mod backdrop;
 pub mod estimate;
 pub mod geometry;
+mod limits;
 pub mod plan;
 pub mod scene;
 pub mod stages;

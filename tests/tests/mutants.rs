@@ -6,7 +6,7 @@ use physvideo_tests::proof::{Ask, find};
 use physvideo_tests::{device, folder};
 
 /// Kernel whose proof must fail, file, what stands there, what is put in its place.
-const MUTANTS: [(&str, &str, &str, &str); 17] = [
+const MUTANTS: [(&str, &str, &str, &str); 19] = [
     ("cells/clear", "cells/clear", "group.x >= grid.capacity", "group.x >= grid.capacity + 1u"),
     ("cells/locate", "lib/grid", "vec3f(0.5)", "vec3f(0.45)"),
     ("cells/locate", "cells/locate", "!finite(particles.d[p].v) || ", ""),
@@ -20,7 +20,9 @@ const MUTANTS: [(&str, &str, &str, &str); 17] = [
         "atomicExchange(&clock.speed_bits, 0u)",
     ),
     ("mpm/p2g", "lib/bspline", "0.75 - b * b", "0.75001 - b * b"),
-    ("mpm/p2g", "lib/scatter", "4.0 * dt * free", "3.999 * dt * free"),
+    ("mpm/p2g", "lib/scatter", "4.0 * s.sx", "3.999 * s.sx"),
+    ("mpm/p2g_fixed", "mpm/p2g_fixed", "vec4i(round(x))", "vec4i(x - 0.5)"),
+    ("mpm/p2g_float", "mpm/p2g_float", "if (step <= run)", "if (true)"),
     ("mpm/p2g", "mpm/p2g", "order.d[j - 1u] > p", "order.d[j - 1u] < p"),
     ("mpm/p2g", "field/point", "2.0 * f.p0", "1.99 * f.p0"),
     ("mpm/grid", "lib/collider", "rotate(hit.xyz, axis, rate", "rotate(hit.xyz, axis, -rate"),

@@ -417,14 +417,19 @@ fn capacity(grid: &kernels::Grid, touched: u64) -> u32 {
     (8 * touched + 64).min(dense) as u32
 }
 
+/// Share of the lightest particle's mass below which a node is one at the rim.
+const SPARSE: f32 = 1e-2;
+
 /// Overrides: the members of each family that this world uses, and the gradient.
 fn constants(world: &World, method: Method) -> Constants {
     let material = |kind| world.bodies.iter().any(|b| b.constants().material == kind);
     let field = |kind| world.fields.iter().any(|f| f.kind == kind);
     let shape = |kind| world.colliders.iter().any(|c| c.shape == kind);
     let flag = |on: bool| if on { 1.0 } else { 0.0 };
+    let lightest = world.bodies.iter().map(|b| b.density * b.particle_volume).fold(f32::MAX, f32::min);
     Constants::none()
         .with("TRUE_GRADIENT", flag(method.true_gradient))
+        .with("SPARSE", f64::from(SPARSE * lightest))
         .with("MATERIAL_COROTATED_USED", flag(material(1)))
         .with("MATERIAL_NEO_HOOKEAN_USED", flag(material(2)))
         .with("FIELD_UNIFORM_USED", flag(field(1)))

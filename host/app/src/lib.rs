@@ -7,6 +7,7 @@ pub mod error;
 pub mod interrupt;
 pub mod io;
 pub mod load;
+pub mod out_folder;
 pub mod progress;
 pub mod report;
 pub mod run;

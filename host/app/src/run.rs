@@ -1,6 +1,6 @@
 //! `run`: a scene to files. Drives the animation frame by frame; knows neither how it is made nor how files look.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 use physvideo::animate::Animation;
@@ -16,14 +16,12 @@ use crate::commands::print;
 use crate::device::{self, DeviceEntry};
 use crate::error::AppError;
 use crate::interrupt::Interrupt;
-use crate::io::write::{EncoderThread, OutputFile, WholeFile, create_folder, write_json};
+use crate::io::write::{EncoderThread, OutputFile, create_folder, write_json};
 use crate::load::Loaded;
+use crate::out_folder::{self, REPORT, VIDEO};
 use crate::progress::Progress;
 use crate::report::{Conservation, ObjectCount, Report, SCHEMA_VERSION, Status, Sums};
 use crate::writer::{Job, Writer};
-
-const VIDEO: &str = "video.mp4";
-const REPORT: &str = "report.json";
 
 /// Runs a scene.
 ///
@@ -33,8 +31,8 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<(), AppError> {
     let begun = Instant::now();
     let loaded = Loaded::open(path, &options.overrides)?;
     let plan = loaded.plan();
-    let out = options.out.clone().unwrap_or_else(|| default_out(path));
-    writable(&out)?;
+    let out = options.out.clone().unwrap_or_else(|| out_folder::default_for(path));
+    out_folder::make(&out)?;
     let progress = Progress::new(options.progress());
     let interrupt = Interrupt::listen()?;
     let mut report = Report {
@@ -76,49 +74,12 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<(), AppError> {
     report.size = plan.runs("render").then_some([assembled.size.0, assembled.size.1]);
 
     let mut clip = Clip { scene: &loaded.scene, plan: &plan, assembled: &assembled, out: &out, report, progress };
-    let ended = match &gpu {
-        Some(gpu) => clip.check_memory(gpu).and_then(|()| {
-            remove_earlier(&out);
-            Ok(clip.play(gpu, &interrupt))
-        })?,
-        None => {
-            remove_earlier(&out);
-            Ok(())
-        }
-    };
+    if let Some(gpu) = &gpu {
+        clip.check_memory(gpu)?;
+    }
+    out_folder::remove_earlier(&out);
+    let ended = gpu.as_ref().map_or(Ok(()), |gpu| clip.play(gpu, &interrupt));
     clip.close(ended, gpu.as_ref(), begun, options.quiet)
-}
-
-/// `out/<name of the scene>`.
-fn default_out(scene: &Path) -> PathBuf {
-    Path::new("out").join(scene.file_stem().unwrap_or("scene".as_ref()))
-}
-
-/// Makes the output folder and refuses one that cannot be written, before any work is done.
-fn writable(out: &Path) -> Result<(), AppError> {
-    create_folder(out)?;
-    WholeFile::create(&out.join(REPORT)).map(drop).map_err(AppError::from)
-}
-
-/// Takes away what an earlier run left under the names this one uses, so that no folder mixes two runs.
-fn remove_earlier(out: &Path) {
-    let ours = |name: &str| {
-        let number = name.strip_prefix("frame_").and_then(|rest| rest.split_once('.'));
-        number.is_some_and(|(n, e)| {
-            n.len() >= 5 && n.bytes().all(|b| b.is_ascii_digit()) && matches!(e, "png" | "exr" | "npz" | "ply")
-        })
-    };
-    for folder in ["frames", "points"] {
-        for entry in std::fs::read_dir(out.join(folder)).into_iter().flatten().flatten() {
-            if entry.file_name().to_str().is_some_and(ours) {
-                // A file that stays is replaced or refused when its frame is written.
-                let _ = std::fs::remove_file(entry.path());
-            }
-        }
-    }
-    for name in [VIDEO, REPORT] {
-        let _ = std::fs::remove_file(out.join(name));
-    }
 }
 
 /// A run from its first frame on.
@@ -153,6 +114,15 @@ impl Clip<'_> {
 
     /// Simulates, draws and hands over every frame.
     fn play(&mut self, gpu: &Gpu, interrupt: &Interrupt) -> Result<(), AppError> {
+        // First, because it may refuse a size.
+        let mut encoder = match self.plan.runs("encode") {
+            true => {
+                let (width, height) = self.assembled.size;
+                Some(EncoderThread::spawn(&self.out.join(VIDEO), width, height, f64::from(self.report.fps))?)
+            }
+            false => None,
+        };
+        let mut writer = Writer::spawn(self.out)?;
         let deterministic = self.scene.simulation.deterministic;
         let method = Method { deterministic, ..Method::default() };
         let mut animation = Animation::new(gpu, self.scene, self.assembled, self.plan, method)?;
@@ -168,14 +138,6 @@ impl Clip<'_> {
         if self.plan.runs("render") {
             create_folder(&self.out.join("frames"))?;
         }
-        let mut writer = Writer::spawn(self.out)?;
-        let mut encoder = match self.plan.runs("encode") {
-            true => {
-                let (width, height) = self.assembled.size;
-                Some(EncoderThread::spawn(&self.out.join(VIDEO), width, height, f64::from(self.report.fps))?)
-            }
-            false => None,
-        };
         let played = self.frames(&mut animation, interrupt, points, &mut writer, &mut encoder);
         // Whatever happened, what was finished is kept.
         let since = Instant::now();

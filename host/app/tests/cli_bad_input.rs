@@ -160,7 +160,8 @@ fn unknown_depth_is_told_where_it_is() {
 fn a_body_without_particles_is_refused() {
     let source = "source.box = { min = [-0.05, -0.05, 0.02], max = [0.05, 0.05, 0.12] }";
     // Between the points of a lattice of 1/64 m.
-    fall(&[(source, "source.ball = { center = [0, 0, 0.125], radius = 0.001 }")]).expect(2, &["object[0].source", "'jelly' got no particles", "grid_density"]);
+    fall(&[(source, "source.ball = { center = [0, 0, 0.125], radius = 0.001 }")])
+        .expect(2, &["object[0].source", "'jelly' got no particles", "grid_density"]);
 }
 
 #[test]

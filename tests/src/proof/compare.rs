@@ -35,6 +35,13 @@ impl Compared {
         Self::equal(what, &[u32::from(holds)], &[1])
     }
 
+    /// The sums of both sides, to be equal within `share` of what their terms are allowed.
+    #[must_use]
+    pub fn total(&self, what: &'static str, share: f64) -> Self {
+        let sum = |terms: &[f64]| terms.iter().sum::<f64>();
+        Self::near(what, vec![sum(&self.got)], vec![sum(&self.want)], share * sum(&self.scale))
+    }
+
     /// How far apart they are.
     pub fn report(&self) -> Report {
         let (mut max, mut sum, mut worst) = (0.0, 0.0, 0);

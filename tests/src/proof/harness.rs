@@ -25,7 +25,7 @@ pub fn run(gpu: &Gpu, case: &Case, call: &Call, pattern: u32) -> Result<Buffers,
     let mut bufs: Vec<Buf<u8>> = Vec::new();
     for binding in kernel.bindings {
         let mut padded = call.buffers.bytes(binding.name).to_vec();
-        if padded.len() % binding.bytes as usize != 0 {
+        if !padded.len().is_multiple_of(binding.bytes as usize) {
             return Err(format!("{name}: `{}` is not a whole number of {}", binding.name, binding.element));
         }
         padded.extend(pattern.to_le_bytes().iter().cycle().take(GUARD));

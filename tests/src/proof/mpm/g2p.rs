@@ -55,7 +55,7 @@ fn inputs(ask: Ask) -> Call {
     let clock =
         Clock { dt: 4e-3, speed_bits: 0.5f32.to_bits(), clamped_strain: 3, quarantined: 2, ..Default::default() };
     Call::new(slots + 2)
-        .constant("TRUE_GRADIENT", f64::from(u8::from(ask.seed % 2 == 0)))
+        .constant("TRUE_GRADIENT", f64::from(u8::from(ask.seed.is_multiple_of(2))))
         .with("particles", &cloud.particles)
         .with("deformations", &cloud.deformations)
         .with("bodies", &bodies())

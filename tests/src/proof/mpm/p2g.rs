@@ -27,7 +27,7 @@ pub(super) fn inputs(ask: Ask) -> Call {
     let sorted = Lattice::new(grid(), &cloud.particles, ask.seed);
     let slots = sorted.grid.capacity as usize;
     Call::new(slots + 2)
-        .constant("TRUE_GRADIENT", f64::from(u8::from(ask.seed % 2 == 0)))
+        .constant("TRUE_GRADIENT", f64::from(u8::from(ask.seed.is_multiple_of(2))))
         .with("particles", &cloud.particles)
         .with("bodies", &bodies())
         .with("order", &sorted.order)

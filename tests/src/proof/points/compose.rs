@@ -20,7 +20,7 @@ pub static CASE: Case = Case {
 /// Items are pixels. Odd seeds have one colour behind the layer, and no picture.
 fn inputs(ask: Ask) -> Call {
     let mut random = Random::new(ask.seed);
-    let picture = ask.seed % 2 == 0;
+    let picture = ask.seed.is_multiple_of(2);
     let color = random.bits() as u32;
     let mut words = |alphas: [u32; 3]| -> Vec<u32> {
         let mut word = || (random.bits() as u32, alphas[random.below(3)]);

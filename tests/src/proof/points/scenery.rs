@@ -60,7 +60,7 @@ impl Scenery {
     /// plane count. Odd seeds see any turn. Radii are pixels in the second half of four seeds.
     pub fn new(ask: Ask, size: [u32; 2]) -> Self {
         let mut random = Random::new(ask.seed ^ 0x5ce7e);
-        let (exact, pixels) = (ask.seed % 2 == 0, ask.seed % 4 >= 2);
+        let (exact, pixels) = (ask.seed.is_multiple_of(2), ask.seed % 4 >= 2);
         let camera = if exact { quarter(size) } else { turned(size) };
         let view = View::of(&camera);
         let discs = discs(Ask { poison: false, ..ask }, size);
