@@ -250,14 +250,15 @@ fn fill(
 ) -> Result<Particles, Problem> {
     let key = format!("object[{index}].source");
     let fail = |e: GeometryError| at(key.clone(), e);
-    let mut crowd = |volume: f64| crowd.add(&key, object, lattice.predict_count(volume));
+    let mut room = |count: u64| crowd.add(&key, object, count);
+    let predicted = |volume: f64| lattice.predict_count(volume);
     match &object.source {
         Source::Box { min, max } => {
-            crowd((0..3).map(|a| f64::from(max[a]) - f64::from(min[a])).product())?;
+            room(predicted((0..3).map(|a| f64::from(max[a]) - f64::from(min[a])).product()))?;
             lattice.fill_box(&object.name, *min, *max, object.color).map_err(fail)
         }
         Source::Ball { center, radius } => {
-            crowd(4.19 * f64::from(*radius).powi(3))?;
+            room(predicted(4.19 * f64::from(*radius).powi(3)))?;
             lattice.fill_ball(&object.name, *center, *radius, object.color).map_err(fail)
         }
         Source::Mesh { scale, yaw, position, .. } => {
@@ -270,13 +271,14 @@ fn fill(
                 .map(|v| (turn * (Vec3::from(*v) * *scale) + Vec3::from(*position)).to_array())
                 .collect();
             let mesh = TriangleMesh::new(&placed, triangles).map_err(fail)?;
-            crowd(mesh.volume())?;
+            room(predicted(mesh.volume()))?;
             lattice.fill_mesh(&object.name, &mesh, object.color).map_err(fail)
         }
         Source::Points { scale, position, .. } => {
             let Some((points, colors)) = inputs.points.get(&index) else {
                 return Err(at(key.clone(), "its points were not read"));
             };
+            room(points.len() as u64)?;
             let positions: Vec<_> =
                 points.iter().map(|p| std::array::from_fn(|a| p[a] * scale + position[a])).collect();
             let colors = colors.clone().unwrap_or_else(|| vec![object.color; positions.len()]);
@@ -288,7 +290,7 @@ fn fill(
             };
             let thick = geometry::thickness(map, *label, *thickness);
             let body = MaskBody::new(map, *label, &thick, &photo.rgb, world).map_err(fail)?;
-            crowd(body.volume())?;
+            room(predicted(body.volume()))?;
             lattice.fill_mask(&object.name, &body).map_err(fail)
         }
     }
