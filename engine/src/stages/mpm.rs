@@ -102,6 +102,8 @@ pub struct Mpm<'gpu> {
     courant: f32,
     wave_speed: f32,
     force_dt: f32,
+    /// Attempts that may be taken back in a frame.
+    patience: u32,
     speed: f32,
     dx: f32,
     ranges: Vec<std::ops::Range<u64>>,
@@ -177,6 +179,7 @@ impl<'gpu> Mpm<'gpu> {
             courant: world.courant,
             wave_speed: world.bodies.iter().map(crate::world::Body::wave_speed).fold(0.0, f32::max),
             force_dt: world.force_dt.unwrap_or(0.0),
+            patience: 2,
             speed: speed.sqrt(),
             dx: world.dx,
             ranges,
@@ -322,7 +325,7 @@ impl<'gpu> Mpm<'gpu> {
     }
 
     /// Advances by one frame of `length` seconds. A frame in which particles were lost or nodes ran away is taken
-    /// back and repeated with half the Courant number, twice at most; what remains is counted.
+    /// back and repeated with half the Courant number, twice at most, and no more in this run once that did not help; what remains is counted.
     ///
     /// # Errors
     /// The device's refusal.
@@ -342,7 +345,7 @@ impl<'gpu> Mpm<'gpu> {
             stats.substeps += clock.substeps;
             let full = self.gpu.read(self.cells.live)?[0].overflow > 0;
             let bad = clock.clamped_velocity + clock.quarantined > 0 && self.force_dt == 0.0;
-            if full || (bad && stats.rejected < 2) {
+            if full || (bad && stats.rejected < self.patience) {
                 let mut back = Recording::new("back");
                 back.copy(self.saved.0, self.particles);
                 back.copy(self.saved.1, self.deformations);
@@ -354,6 +357,10 @@ impl<'gpu> Mpm<'gpu> {
                     courant *= 0.5;
                 }
                 continue;
+            }
+            if bad && stats.rejected == self.patience {
+                // Smaller steps did not help; trying again at every frame would cost seven times the work.
+                self.patience = 0;
             }
             self.speed = f32::from_bits(clock.speed_bits);
             stats.dt = (clock.dt_min, clock.dt_max);
