@@ -36,8 +36,8 @@ pub fn estimate(scene: &Scene, assembled: &Assembled, plan: &Plan, two_pass: boo
     let world = &assembled.world;
     let particles: u64 = world.bodies.iter().map(|b| b.positions.len() as u64).sum();
     let grid = cells::grid(world.domain, world.dx);
-    let blocks = cells::blocks_touched(&grid, world.bodies.iter().flat_map(|b| b.positions.iter().copied()));
-    let simulation_bytes = if plan.runs("simulate") { Mpm::bytes(world, particles, blocks) + SMALL } else { 0 };
+    let (blocks, _) = cells::touched(&grid, world.bodies.iter().flat_map(|b| b.positions.iter().copied()));
+    let simulation_bytes = if plan.runs("simulate") { Mpm::bytes(world) + SMALL } else { 0 };
     let points = points(scene, assembled);
     let drawing_bytes =
         if plan.runs("render") { drawing(scene, assembled, plan, points, particles, two_pass) } else { 0 };

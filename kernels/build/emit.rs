@@ -95,12 +95,13 @@ fn call_text(out: &mut String, kernel: &Kernel) {
     for b in &kernel.bindings {
         let _ = writeln!(
             out,
-            "                crate::BindingInfo {{ name: {:?}, reads: {}, writes: {}, element: {:?}, bytes: {} }},",
+            "                crate::BindingInfo {{ name: {:?}, reads: {}, writes: {}, element: {:?}, bytes: {}, texels: {} }},",
             b.name,
             b.reads,
             b.writes,
             b.element.rust.trim_start_matches("crate::"),
-            b.element.bytes
+            b.element.bytes,
+            b.texels
         );
     }
     let _ = writeln!(out, "            ],\n            overrides: &{:?},", kernel.overrides);

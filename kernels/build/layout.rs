@@ -1,6 +1,6 @@
 //! Memory layout of WGSL types as Rust types with explicit padding. Knows nothing of kernels.
 
-use naga::{ArraySize, Handle, Module, Scalar, ScalarKind, Type, TypeInner, VectorSize};
+use naga::{ArraySize, Handle, ImageClass, ImageDimension, Module, Scalar, ScalarKind, Type, TypeInner, VectorSize};
 
 /// The Rust type of one element of a buffer and its size in bytes.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -35,6 +35,34 @@ pub fn element(module: &Module, ty: Handle<Type>, structs: &mut Vec<Struct>) -> 
             plain(module, ty, structs)
         }
         _ => Err("wrap storage arrays in a struct: `struct Cells { d: array<u32> }`".into()),
+    }
+}
+
+/// Element of a binding read as texels, `texture_1d<u32>`: what its directive says the words are.
+pub fn texels(
+    module: &Module,
+    ty: Handle<Type>,
+    of: Option<&str>,
+    structs: &mut Vec<Struct>,
+) -> Result<Element, String> {
+    match &module.types[ty].inner {
+        TypeInner::Image {
+            dim: ImageDimension::D1,
+            arrayed: false,
+            class: ImageClass::Sampled { kind: ScalarKind::Uint, multi: false },
+        } => {}
+        _ => return Err("of textures only `texture_1d<u32>` is bound, as texels of a buffer".into()),
+    }
+    let of = of.ok_or("say what its texels hold: `//! texels NAME: TYPE` on a line of its own")?;
+    let plain_type = |rust: &str, bytes| Ok(Element { rust: rust.into(), bytes });
+    match of {
+        "u32" => plain_type("u32", 4),
+        "vec2u" => plain_type("[u32; 2]", 8),
+        "vec4f" => plain_type("[f32; 4]", 16),
+        name => {
+            let found = module.types.iter().find(|(_, t)| t.name.as_deref() == Some(name));
+            plain(module, found.ok_or_else(|| format!("there is no struct `{name}`"))?.0, structs)
+        }
     }
 }
 

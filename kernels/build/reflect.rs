@@ -23,6 +23,7 @@ pub struct Binding {
     pub element: Element,
     pub reads: bool,
     pub writes: bool,
+    pub texels: bool,
 }
 
 /// Optional capabilities, by the name of the device feature each asks for.
@@ -73,13 +74,18 @@ pub fn reflect(name: &str, source: &Source) -> Result<Kernel, String> {
         let access = use_of[handle];
         let global_name = global.name.clone().unwrap_or_default();
         match global.space {
-            AddressSpace::Storage { .. } => {
+            AddressSpace::Storage { .. } | AddressSpace::Handle => {
                 let Some(binding) = &global.binding else { continue };
                 if access.is_empty() {
                     return Err(format!("{name}.wgsl: binding `{global_name}` is never used; remove it"));
                 }
-                let element = layout::element(&module, global.ty, &mut structs)
-                    .map_err(|why| format!("{name}.wgsl: binding `{global_name}`: {why}"))?;
+                let texels = global.space == AddressSpace::Handle;
+                let element = if texels {
+                    layout::texels(&module, global.ty, texel_type(&source.text, &global_name), &mut structs)
+                } else {
+                    layout::element(&module, global.ty, &mut structs)
+                };
+                let element = element.map_err(|why| format!("{name}.wgsl: binding `{global_name}`: {why}"))?;
                 let atomic = access.contains(GlobalUse::ATOMIC);
                 bindings.push(Binding {
                     name: global_name,
@@ -87,13 +93,14 @@ pub fn reflect(name: &str, source: &Source) -> Result<Kernel, String> {
                     element,
                     reads: atomic || access.contains(GlobalUse::READ),
                     writes: atomic || access.contains(GlobalUse::WRITE),
+                    texels,
                 });
             }
             AddressSpace::Immediate if !access.is_empty() => {
                 immediates = Some(layout::plain(&module, global.ty, &mut structs)?);
             }
-            AddressSpace::Uniform | AddressSpace::Handle => {
-                return Err(format!("{name}.wgsl: `{global_name}`: kernels bind storage buffers only"));
+            AddressSpace::Uniform => {
+                return Err(format!("{name}.wgsl: `{global_name}`: kernels bind storage buffers and texels only"));
             }
             _ => {}
         }
@@ -102,8 +109,9 @@ pub fn reflect(name: &str, source: &Source) -> Result<Kernel, String> {
     if bindings.iter().enumerate().any(|(i, b)| b.index as usize != i) {
         return Err(format!("{name}.wgsl: bindings of group 0 must be numbered 0, 1, 2, … without gaps"));
     }
-    if bindings.len() > 12 {
-        return Err(format!("{name}.wgsl: {} bindings; at most 12 keep every device happy", bindings.len()));
+    let stored = bindings.iter().filter(|b| !b.texels).count();
+    if stored > 12 || bindings.len() - stored > 12 {
+        return Err(format!("{name}.wgsl: {} bindings; at most 12 of a kind keep every device happy", bindings.len()));
     }
     let overrides = module
         .overrides
@@ -120,6 +128,12 @@ pub fn reflect(name: &str, source: &Source) -> Result<Kernel, String> {
         needs,
         structs,
     })
+}
+
+/// What `//! texels NAME: TYPE` says of a binding.
+fn texel_type<'a>(text: &'a str, binding: &str) -> Option<&'a str> {
+    let said = text.lines().filter_map(|line| line.strip_prefix("//! texels ")?.split_once(':'));
+    said.map(|(name, of)| (name.trim(), of.trim())).find(|(name, _)| *name == binding).map(|(_, of)| of)
 }
 
 fn validate(

@@ -81,7 +81,7 @@ pub struct KernelInfo {
     pub source: &'static str,
     /// Workgroup size.
     pub workgroup: [u32; 3],
-    /// Storage buffers of group 0 by binding number.
+    /// Buffers of group 0 by binding number.
     pub bindings: &'static [BindingInfo],
     /// Overrides: name and WGSL type.
     pub overrides: &'static [(&'static str, &'static str)],
@@ -91,7 +91,7 @@ pub struct KernelInfo {
     pub needs: &'static [Feature],
 }
 
-/// One storage buffer of a kernel, with the access the code really makes.
+/// One buffer of a kernel, with the access the code really makes.
 #[derive(Debug)]
 pub struct BindingInfo {
     /// Name in WGSL.
@@ -104,6 +104,8 @@ pub struct BindingInfo {
     pub element: &'static str,
     /// Size of an element [bytes].
     pub bytes: u32,
+    /// Read as texels of four words (declared as `texture_1d<u32>`).
+    pub texels: bool,
 }
 
 /// A call of a kernel: which buffers, which constants.

@@ -14,7 +14,7 @@ pub fn kernel(
 ) -> &'static KernelInfo {
     let bindings = bindings
         .iter()
-        .map(|&(name, reads, writes)| BindingInfo { name, reads, writes, element: "u32", bytes: 4 })
+        .map(|&(name, reads, writes)| BindingInfo { name, reads, writes, element: "u32", bytes: 4, texels: false })
         .collect::<Vec<_>>();
     Box::leak(Box::new(KernelInfo {
         name,

@@ -8,6 +8,7 @@ mod memory;
 mod pipeline;
 mod recording;
 mod submit;
+mod texel;
 
 pub use device::{DeviceInfo, DeviceKind, Gpu, Options, choose_device, list_devices};
 pub use error::GpuError;

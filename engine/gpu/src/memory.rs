@@ -29,6 +29,8 @@ struct Buffer {
     handle: vk::Buffer,
     allocation: Allocation,
     bytes: u64,
+    /// Made when a kernel first reads it as texels.
+    texels: Option<vk::BufferView>,
 }
 
 impl Memory {
@@ -44,6 +46,7 @@ impl Memory {
         location: MemoryLocation,
     ) -> Result<Buffer, GpuError> {
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+            | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER
             | vk::BufferUsageFlags::INDIRECT_BUFFER
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
@@ -66,11 +69,16 @@ impl Memory {
             .named("bind memory")?;
         self.in_use += bytes;
         self.peak = self.peak.max(self.in_use);
-        Ok(Buffer { name: name.into(), arena, handle, allocation, bytes })
+        Ok(Buffer { name: name.into(), arena, handle, allocation, bytes, texels: None })
     }
 
     fn release(&mut self, buffer: Buffer) {
-        unsafe { self.device.destroy_buffer(buffer.handle, None) };
+        unsafe {
+            if let Some(view) = buffer.texels {
+                self.device.destroy_buffer_view(view, None);
+            }
+            self.device.destroy_buffer(buffer.handle, None);
+        }
         self.in_use -= buffer.bytes;
         if let Some(allocator) = self.allocator.as_mut() {
             // A failed free leaks memory of a closing device; there is nobody to tell.
@@ -91,6 +99,20 @@ impl Memory {
 
     pub(crate) fn handle(&self, buf: AnyBuf) -> Result<vk::Buffer, GpuError> {
         self.get(buf).map(|b| b.handle)
+    }
+
+    /// A buffer seen as texels of four words.
+    pub(crate) fn texels(&mut self, buf: AnyBuf) -> Result<vk::BufferView, GpuError> {
+        let (handle, bytes) = self.get(buf).map(|b| (b.handle, b.bytes))?;
+        let found = &mut self.buffers[buf.id as usize].as_mut().ok_or(GpuError::NoDevice("closed".into()))?.texels;
+        if let Some(view) = found {
+            return Ok(*view);
+        }
+        let info =
+            vk::BufferViewCreateInfo::default().buffer(handle).format(vk::Format::R32G32B32A32_UINT).range(bytes);
+        let view = unsafe { self.device.create_buffer_view(&info, None) }.named("view of a buffer")?;
+        *found = Some(view);
+        Ok(view)
     }
 
     pub(crate) fn destroy(&mut self) {
@@ -117,7 +139,7 @@ impl Gpu {
         }
         let mut memory = self.memory.borrow_mut();
         let location = if memory.unified { MemoryLocation::CpuToGpu } else { MemoryLocation::GpuOnly };
-        let buffer = memory.make(name, arena, bytes.next_multiple_of(4), location)?;
+        let buffer = memory.make(name, arena, bytes.next_multiple_of(16), location)?;
         let id = u32::try_from(memory.buffers.len()).unwrap_or(u32::MAX);
         memory.buffers.push(Some(buffer));
         drop(memory);

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use ash::vk;
-use physvideo_kernels::KernelInfo;
+use physvideo_kernels::{BindingInfo, KernelInfo};
 
 use crate::device::Gpu;
 use crate::error::{GpuError, Named};
@@ -108,7 +108,13 @@ pub fn compile(
         ..Default::default()
     };
     let pipeline = spv::PipelineOptions { shader_stage: entry.0, entry_point: entry.1.into() };
-    spv::write_vec(&module, &info, &options, Some(&pipeline)).map_err(|e| fail(e.to_string()))
+    let spirv = spv::write_vec(&module, &info, &options, Some(&pipeline)).map_err(|e| fail(e.to_string()))?;
+    Ok(crate::texel::from_1d_textures(&spirv))
+}
+
+/// How a binding is bound.
+pub(crate) fn descriptor_type(binding: &BindingInfo) -> vk::DescriptorType {
+    if binding.texels { vk::DescriptorType::UNIFORM_TEXEL_BUFFER } else { vk::DescriptorType::STORAGE_BUFFER }
 }
 
 impl Gpu {
@@ -127,11 +133,14 @@ impl Gpu {
         }
         let spirv = compile(kernel, &self.text(kernel)?, &constants, self.options.bounds_checks)?;
         let device = &self.device;
-        let bindings: Vec<_> = (0..kernel.bindings.len())
-            .map(|i| {
+        let bindings: Vec<_> = kernel
+            .bindings
+            .iter()
+            .enumerate()
+            .map(|(i, binding)| {
                 vk::DescriptorSetLayoutBinding::default()
                     .binding(u32::try_from(i).unwrap_or(0))
-                    .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                    .descriptor_type(descriptor_type(binding))
                     .descriptor_count(1)
                     .stage_flags(vk::ShaderStageFlags::COMPUTE)
             })

@@ -5,6 +5,7 @@ use ash::vk;
 use crate::device::Gpu;
 use crate::error::{GpuError, Named};
 use crate::hazards::{Step, schedule};
+use crate::pipeline::descriptor_type;
 use crate::recording::{Command, Groups, Recording};
 use physvideo_kernels::Buf;
 
@@ -49,11 +50,19 @@ impl Gpu {
             None
         };
         let device = &self.device;
-        let bindings: usize =
-            recording.commands.iter().map(|c| if let Command::Call { bufs, .. } = c { bufs.len() } else { 0 }).sum();
+        let bound = |texels: bool| -> usize {
+            let of =
+                |kernel: &physvideo_kernels::KernelInfo| kernel.bindings.iter().filter(|b| b.texels == texels).count();
+            recording.commands.iter().map(|c| if let Command::Call { kernel, .. } = c { of(kernel) } else { 0 }).sum()
+        };
         let small = |n: usize| u32::try_from(n).unwrap_or(u32::MAX).max(1);
-        let sizes =
-            [vk::DescriptorPoolSize { ty: vk::DescriptorType::STORAGE_BUFFER, descriptor_count: small(bindings) }];
+        let sizes = [
+            vk::DescriptorPoolSize { ty: vk::DescriptorType::STORAGE_BUFFER, descriptor_count: small(bound(false)) },
+            vk::DescriptorPoolSize {
+                ty: vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
+                descriptor_count: small(bound(true)),
+            },
+        ];
         let pool = vk::DescriptorPoolCreateInfo::default().max_sets(small(calls)).pool_sizes(&sizes);
         let descriptors = unsafe { device.create_descriptor_pool(&pool, None) }.named("descriptor pool")?;
         let info = vk::QueryPoolCreateInfo::default()
@@ -196,20 +205,25 @@ impl Prepared<'_> {
         let layouts = [pipeline.set_layout];
         let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(self.descriptors).set_layouts(&layouts);
         let sets = unsafe { device.allocate_descriptor_sets(&info) }.named("descriptor set")?;
-        let memory = gpu.memory.borrow();
+        let mut memory = gpu.memory.borrow_mut();
         let infos = bufs
             .iter()
-            .map(|b| Ok([vk::DescriptorBufferInfo { buffer: memory.handle(*b)?, offset: 0, range: b.bytes }]))
+            .zip(kernel.bindings)
+            .map(|(b, binding)| {
+                let view = if binding.texels { memory.texels(*b)? } else { vk::BufferView::null() };
+                Ok(([vk::DescriptorBufferInfo { buffer: memory.handle(*b)?, offset: 0, range: b.bytes }], [view]))
+            })
             .collect::<Result<Vec<_>, GpuError>>()?;
         let writes: Vec<_> = infos
             .iter()
+            .zip(kernel.bindings)
             .enumerate()
-            .map(|(i, info)| {
-                vk::WriteDescriptorSet::default()
+            .map(|(i, ((info, view), binding))| {
+                let write = vk::WriteDescriptorSet::default()
                     .dst_set(sets[0])
                     .dst_binding(u32::try_from(i).unwrap_or(0))
-                    .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
-                    .buffer_info(info)
+                    .descriptor_type(descriptor_type(binding));
+                if binding.texels { write.texel_buffer_view(view) } else { write.buffer_info(info) }
             })
             .collect();
         let breadcrumb = match &mut self.crumbs {

@@ -1,10 +1,12 @@
-//! use lib/clock lib/grid
+//! use lib/clock lib/grid lib/texel
 // Counts the particles of each cell and gives each its place in the count.
+//! texels keys: u32
+//! texels table: u32
 
 struct Words { d: array<u32> }
 struct AtomicWords { d: array<atomic<u32>> }
-@group(0) @binding(0) var<storage, read> keys: Words;
-@group(0) @binding(1) var<storage, read> table: Words;
+@group(0) @binding(0) var keys: texture_1d<u32>;
+@group(0) @binding(1) var table: texture_1d<u32>;
 @group(0) @binding(2) var<storage, read_write> counts: AtomicWords;
 @group(0) @binding(3) var<storage, read_write> ranks: Words;
 @group(0) @binding(4) var<storage, read> clock: Clock;
@@ -14,9 +16,9 @@ var<immediate> grid: Grid;
 fn main(@builtin(global_invocation_id) id: vec3u) {
     let p = id.x;
     if (p >= clock.particles) { return; }
-    let key = keys.d[p];
+    let key = word(keys, p);
     if (key == NOWHERE) { return; }
-    let slot = table.d[key >> 6u] - 1u;
+    let slot = word(table, key >> 6u) - 1u;
     if (slot >= grid.capacity) { return; }
     ranks.d[p] = atomicAdd(&counts.d[slot * 64u + (key & 63u)], 1u);
 }

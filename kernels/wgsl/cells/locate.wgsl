@@ -1,6 +1,8 @@
-//! use lib/clock lib/grid lib/particle
+//! use lib/clock lib/grid lib/particle lib/texel
 // Finds each particle's cell and claims its block. A particle that is not finite or has left the grid is
 // quarantined. Slots are claimed in any order; nothing that follows depends on that order.
+//! texels was: Particle
+//! texels claimed: u32
 
 struct Particles { d: array<Particle> }
 struct Words { d: array<u32> }
@@ -11,22 +13,24 @@ struct AtomicWords { d: array<atomic<u32>> }
 @group(0) @binding(3) var<storage, read_write> list: Words;
 @group(0) @binding(4) var<storage, read_write> live: Live;
 @group(0) @binding(5) var<storage, read_write> clock: Clock;
-// The same table without atomics: most blocks are claimed already, and a plain look is cheaper than an atomic one.
-@group(0) @binding(6) var<storage, read> claimed: Words;
+// The same particles and table, read: most blocks are claimed already, and a plain look is cheaper than an atomic one.
+@group(0) @binding(6) var was: texture_1d<u32>;
+@group(0) @binding(7) var claimed: texture_1d<u32>;
 var<immediate> grid: Grid;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
     let p = id.x;
     if (p >= clock.particles) { return; }
-    let tag = particles.d[p].tag;
+    let head = texel(was, 6u * p);
+    let tag = bitcast<u32>(head.w);
     if ((tag & QUARANTINED) != 0u) {
         keys.d[p] = NOWHERE;
         return;
     }
-    let x = particles.d[p].x;
+    let x = head.xyz;
     let base = base_node(grid, x);
-    if (!finite(x) || !finite(particles.d[p].v) || !inside(grid, base)) {
+    if (!finite(x) || !finite(texel(was, 6u * p + 1u).xyz) || !inside(grid, base)) {
         particles.d[p].tag = tag | QUARANTINED;
         atomicAdd(&clock.quarantined, 1u);
         keys.d[p] = NOWHERE;
@@ -36,7 +40,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let cell = node & vec3u(3u);
     let block = block_index(grid, node >> vec3u(2u));
     keys.d[p] = (block << 6u) | (cell.z << 4u) | (cell.y << 2u) | cell.x;
-    if (claimed.d[block] != EMPTY) { return; }
+    if (word(claimed, block) != EMPTY) { return; }
     let won = atomicCompareExchangeWeak(&table.d[block], EMPTY, NOWHERE);
     if (won.exchanged) {
         let slot = atomicAdd(&live.blocks, 1u);

@@ -1,11 +1,15 @@
-//! use lib/clock lib/grid
+//! use lib/clock lib/grid lib/texel
 // Writes the particles' order: by block, then by cell.
+//! texels keys: u32
+//! texels table: u32
+//! texels starts: u32
+//! texels ranks: u32
 
 struct Words { d: array<u32> }
-@group(0) @binding(0) var<storage, read> keys: Words;
-@group(0) @binding(1) var<storage, read> table: Words;
-@group(0) @binding(2) var<storage, read> starts: Words;
-@group(0) @binding(3) var<storage, read> ranks: Words;
+@group(0) @binding(0) var keys: texture_1d<u32>;
+@group(0) @binding(1) var table: texture_1d<u32>;
+@group(0) @binding(2) var starts: texture_1d<u32>;
+@group(0) @binding(3) var ranks: texture_1d<u32>;
 @group(0) @binding(4) var<storage, read_write> order: Words;
 @group(0) @binding(5) var<storage, read> clock: Clock;
 var<immediate> grid: Grid;
@@ -14,9 +18,9 @@ var<immediate> grid: Grid;
 fn main(@builtin(global_invocation_id) id: vec3u) {
     let p = id.x;
     if (p >= clock.particles) { return; }
-    let key = keys.d[p];
+    let key = word(keys, p);
     if (key == NOWHERE) { return; }
-    let slot = table.d[key >> 6u] - 1u;
+    let slot = word(table, key >> 6u) - 1u;
     if (slot >= grid.capacity) { return; }
-    order.d[starts.d[slot * 64u + (key & 63u)] + ranks.d[p]] = p;
+    order.d[word(starts, slot * 64u + (key & 63u)) + word(ranks, p)] = p;
 }

@@ -14,6 +14,18 @@ struct Collider {
     spin: vec4f,        // angular velocity [rad/s]
 }
 
+// Every kernel that uses this binds `colliders` as texels.
+struct Colliders { count: u32, d: array<Collider, 16> }
+
+fn load_collider(i: u32) -> Collider {
+    let at = 1u + 6u * i;
+    let kinds = textureLoad(colliders, at, 0);
+    let times = bitcast<vec4f>(kinds);
+    let p = texel(colliders, at + 1u);
+    return Collider(kinds.x, kinds.y, times.z, times.w, p.x, p.y, texel(colliders, at + 2u), texel(colliders, at + 3u),
+        texel(colliders, at + 4u), texel(colliders, at + 5u));
+}
+
 // Rotates v by `angle` about the unit axis (Rodrigues).
 fn rotate(v: vec3f, axis: vec3f, angle: f32) -> vec3f {
     return v * cos(angle) + cross(axis, v) * sin(angle) + axis * dot(axis, v) * (1.0 - cos(angle));

@@ -10,6 +10,7 @@ struct Grid {
     dx: f32,            // [m]
     blocks: vec3u,      // size in blocks
     capacity: u32,      // slots there is room for
+    cells: u32,         // occupied cells there is room for
 }
 
 // Counters that are at the same time the sizes of indirect dispatches.
@@ -22,6 +23,36 @@ struct Live {
     nodes_y: u32,
     nodes_z: u32,
     overflow: atomic<u32>,  // slots that did not fit
+    cell_groups: atomic<u32>,   // workgroups of 64 over the occupied cells
+    cell_groups_y: u32,
+    cell_groups_z: u32,
+    cells: atomic<u32>,     // occupied cells
+    crowded: atomic<u32>,   // occupied cells that did not fit
+}
+
+// The same, read only.
+struct Counts {
+    blocks: u32,
+    blocks_y: u32,
+    blocks_z: u32,
+    cursor: u32,
+    nodes: u32,
+    nodes_y: u32,
+    nodes_z: u32,
+    overflow: u32,
+    cell_groups: u32,
+    cell_groups_y: u32,
+    cell_groups_z: u32,
+    cells: u32,
+    crowded: u32,
+}
+
+// A cell that holds particles: slot · 64 + its place in the block, and its stretch of the particle order.
+struct Cell {
+    id: u32,
+    first: u32,
+    count: u32,
+    unused: u32,
 }
 
 fn block_index(g: Grid, b: vec3u) -> u32 {

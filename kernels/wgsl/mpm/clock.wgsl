@@ -9,12 +9,16 @@ fn main() {
     atomicStore(&live.blocks, 0u);
     atomicStore(&live.nodes, 0u);
     atomicStore(&live.cursor, 0u);
+    atomicStore(&live.cells, 0u);
+    atomicStore(&live.cell_groups, 0u);
+    live.cell_groups_y = 1u;
+    live.cell_groups_z = 1u;
     live.blocks_y = 1u;
     live.blocks_z = 1u;
     live.nodes_y = 1u;
     live.nodes_z = 1u;
     clock.t += clock.dt;
-    if (atomicLoad(&live.overflow) > 0u) {    // the host makes room and repeats the frame
+    if (atomicLoad(&live.overflow) + atomicLoad(&live.crowded) > 0u) {    // the host makes room and repeats the frame
         clock.dt = 0.0;
         clock.particle_groups = vec3u(0u, 1u, 1u);
         return;

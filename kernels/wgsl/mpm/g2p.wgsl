@@ -1,7 +1,14 @@
-//! use lib/bspline lib/grid lib/clock lib/particle
+//! use lib/bspline lib/clock lib/load
 //! family material
 // Grid to particles: velocity and affine velocity (APIC), deformation by the gradient of the B-spline or the MLS
-// form, position, and the stress for the next transfer. One lane a cell, whose 27 nodes it loads once.
+// form, position, and the stress for the next transfer. One lane an occupied cell, whose 27 nodes it loads once.
+//! texels was: Particle
+//! texels deformed: Deformation
+//! texels bodies: Body
+//! texels order: u32
+//! texels occupied: Cell
+//! texels links: u32
+//! texels nodes: vec4f
 
 override TRUE_GRADIENT: bool = true;
 // A velocity gradient that would stretch a particle by more than this in one step is scaled back and counted.
@@ -9,26 +16,24 @@ override MAX_STRETCH: f32 = 0.5;
 // Volume below which a particle is no longer compressed, as a share of its volume at rest.
 override MIN_VOLUME: f32 = 0.05;
 
-struct Particles { d: array<Particle> }
-struct Bodies { d: array<Body> }
-struct Words { d: array<u32> }
+// Particles and deformations are read and written by the lane that owns their cell, in this order: `was` and
+// `deformed` are the same buffers as `particles` (six vectors each) and `deformations`.
+struct Vectors { d: array<vec4f> }
 struct Deformations { d: array<Deformation> }
-struct Nodes { d: array<vec4f> }
-@group(0) @binding(0) var<storage, read_write> particles: Particles;
-@group(0) @binding(1) var<storage, read_write> deformations: Deformations;
-@group(0) @binding(2) var<storage, read> bodies: Bodies;
-@group(0) @binding(3) var<storage, read> order: Words;
-@group(0) @binding(4) var<storage, read> starts: Words;
-@group(0) @binding(5) var<storage, read> counts: Words;
-@group(0) @binding(6) var<storage, read> table: Words;
-@group(0) @binding(7) var<storage, read> list: Words;
-@group(0) @binding(8) var<storage, read> nodes: Nodes;
-@group(0) @binding(9) var<storage, read_write> clock: Clock;
+@group(0) @binding(0) var was: texture_1d<u32>;
+@group(0) @binding(1) var<storage, read_write> particles: Vectors;
+@group(0) @binding(2) var deformed: texture_1d<u32>;
+@group(0) @binding(3) var<storage, read_write> deformations: Deformations;
+@group(0) @binding(4) var bodies: texture_1d<u32>;
+@group(0) @binding(5) var order: texture_1d<u32>;
+@group(0) @binding(6) var occupied: texture_1d<u32>;
+@group(0) @binding(7) var links: texture_1d<u32>;
+@group(0) @binding(8) var nodes: texture_1d<u32>;
+@group(0) @binding(9) var<storage, read> live: Counts;
+@group(0) @binding(10) var<storage, read_write> clock: Clock;
 var<immediate> grid: Grid;
 
-var<workgroup> tile: array<vec4f, TILE>;
-var<workgroup> from_slot: array<u32, 8>;
-var<workgroup> fastest: array<f32, 64>;
+var<workgroup> fastest: atomic<u32>;
 
 // Sums over one row of three nodes: value, slope along x, first moment along x.
 struct Row { v: vec3f, g: vec3f, m: vec3f }
@@ -38,74 +43,80 @@ fn row(a: vec3f, b: vec3f, c: vec3f, w: vec3f, g: vec3f, d: vec3f) -> Row {
     return Row(w.x * a + w.y * b + w.z * c, g.x * a + g.y * b + g.z * c, wd.x * a + wd.y * b + wd.z * c);
 }
 
+// Where the nodes of row (j, k) above cell l are: their slot, the slot one up in x, and their place in either.
+fn line(low: vec4u, high: vec4u, l: vec3u, j: u32, k: u32) -> vec3u {
+    let layer = select(low, high, l.z + k > 3u);
+    return vec3u(select(layer.xy, layer.zw, l.y + j > 3u), ((l.z + k) & 3u) * 16u + ((l.y + j) & 3u) * 4u);
+}
+
+fn line_node(line: vec3u, i: u32) -> vec3f {
+    return texel(nodes, select(line.x, line.y, i > 3u) * 64u + line.z + (i & 3u)).xyz;
+}
+
 @compute @workgroup_size(64)
-fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
+fn main(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     // Read first: a software driver makes one load of a uniform address only before any branch.
     let dt = clock.dt;
-    let slot = group.x;
-    if (slot >= grid.capacity) { return; }
-    if (lane < 8u) {
-        let at = block_coord(grid, list.d[slot]) + vec3u(lane & 1u, (lane >> 1u) & 1u, lane >> 2u);
-        var found = NOWHERE;
-        if (all(at < grid.blocks)) { found = table.d[block_index(grid, at)] - 1u; }
-        from_slot[lane] = found;
-    }
-    workgroupBarrier();
-    for (var i = lane; i < TILE; i += 64u) {
-        let n = vec3u(i % 6u, (i / 6u) % 6u, i / 36u);
-        let up = n >> vec3u(2u);
-        let source = from_slot[up.z * 4u + up.y * 2u + up.x];
-        let l = n & vec3u(3u);
-        var node = vec4f(0.0);
-        if (source < grid.capacity) { node = nodes.d[source * 64u + l.z * 16u + l.y * 4u + l.x]; }
-        tile[i] = node;
-    }
-    workgroupBarrier();
-    let at = (lane >> 4u) * 36u + ((lane >> 2u) & 3u) * 6u + (lane & 3u);
-    let first = starts.d[slot * 64u + lane];
-    let last = first + counts.d[slot * 64u + lane];
+    let cells = min(live.cells, grid.cells);
     var top = 0.0;
-    if (first < last) {
-        let n000 = tile[at + 0u].xyz;
-        let n100 = tile[at + 1u].xyz;
-        let n200 = tile[at + 2u].xyz;
-        let n010 = tile[at + 6u].xyz;
-        let n110 = tile[at + 7u].xyz;
-        let n210 = tile[at + 8u].xyz;
-        let n020 = tile[at + 12u].xyz;
-        let n120 = tile[at + 13u].xyz;
-        let n220 = tile[at + 14u].xyz;
-        let n001 = tile[at + 36u].xyz;
-        let n101 = tile[at + 37u].xyz;
-        let n201 = tile[at + 38u].xyz;
-        let n011 = tile[at + 42u].xyz;
-        let n111 = tile[at + 43u].xyz;
-        let n211 = tile[at + 44u].xyz;
-        let n021 = tile[at + 48u].xyz;
-        let n121 = tile[at + 49u].xyz;
-        let n221 = tile[at + 50u].xyz;
-        let n002 = tile[at + 72u].xyz;
-        let n102 = tile[at + 73u].xyz;
-        let n202 = tile[at + 74u].xyz;
-        let n012 = tile[at + 78u].xyz;
-        let n112 = tile[at + 79u].xyz;
-        let n212 = tile[at + 80u].xyz;
-        let n022 = tile[at + 84u].xyz;
-        let n122 = tile[at + 85u].xyz;
-        let n222 = tile[at + 86u].xyz;
+    if (id.x < cells) {
+        let cell = load_cell(occupied, id.x);
+        let last = cell.first + cell.count;
+        let slot = cell.id >> 6u;
+        let l = vec3u(cell.id & 3u, (cell.id >> 2u) & 3u, (cell.id >> 4u) & 3u);
+        // Slots above: itself, then one up in x, y, xy, z, xz, yz, xyz.
+        let low = textureLoad(links, slot * 4u + 2u, 0);
+        let high = textureLoad(links, slot * 4u + 3u, 0);
+        let l00 = line(low, high, l, 0u, 0u);
+        let n000 = line_node(l00, l.x + 0u);
+        let n100 = line_node(l00, l.x + 1u);
+        let n200 = line_node(l00, l.x + 2u);
+        let l10 = line(low, high, l, 1u, 0u);
+        let n010 = line_node(l10, l.x + 0u);
+        let n110 = line_node(l10, l.x + 1u);
+        let n210 = line_node(l10, l.x + 2u);
+        let l20 = line(low, high, l, 2u, 0u);
+        let n020 = line_node(l20, l.x + 0u);
+        let n120 = line_node(l20, l.x + 1u);
+        let n220 = line_node(l20, l.x + 2u);
+        let l01 = line(low, high, l, 0u, 1u);
+        let n001 = line_node(l01, l.x + 0u);
+        let n101 = line_node(l01, l.x + 1u);
+        let n201 = line_node(l01, l.x + 2u);
+        let l11 = line(low, high, l, 1u, 1u);
+        let n011 = line_node(l11, l.x + 0u);
+        let n111 = line_node(l11, l.x + 1u);
+        let n211 = line_node(l11, l.x + 2u);
+        let l21 = line(low, high, l, 2u, 1u);
+        let n021 = line_node(l21, l.x + 0u);
+        let n121 = line_node(l21, l.x + 1u);
+        let n221 = line_node(l21, l.x + 2u);
+        let l02 = line(low, high, l, 0u, 2u);
+        let n002 = line_node(l02, l.x + 0u);
+        let n102 = line_node(l02, l.x + 1u);
+        let n202 = line_node(l02, l.x + 2u);
+        let l12 = line(low, high, l, 1u, 2u);
+        let n012 = line_node(l12, l.x + 0u);
+        let n112 = line_node(l12, l.x + 1u);
+        let n212 = line_node(l12, l.x + 2u);
+        let l22 = line(low, high, l, 2u, 2u);
+        let n022 = line_node(l22, l.x + 0u);
+        let n122 = line_node(l22, l.x + 1u);
+        let n222 = line_node(l22, l.x + 2u);
         var current = NOWHERE;
         var body: Body;
         let origin = grid.origin;
         let inv = 1.0 / grid.dx;
-        for (var i = first; i < last; i++) {
-            let index = order.d[i];
-            let tag = particles.d[index].tag;
+        for (var i = cell.first; i < last; i++) {
+            let index = word(order, i);
+            let head = texel(was, 6u * index);
+            let tag = bitcast<u32>(head.w);
             if ((tag & PINNED) != 0u) { continue; }
             if ((tag & BODY_MASK) != current) {    // rarely
                 current = tag & BODY_MASK;
-                body = bodies.d[current];
+                body = load_body(bodies, current);
             }
-            let x = particles.d[index].x;
+            let x = head.xyz;
             let place = (x - origin) * inv;
             let f = place - floor(place - vec3f(0.5));
             let wx = bspline(f.x);
@@ -164,7 +175,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
                 l *= MAX_STRETCH / size;
                 atomicAdd(&clock.clamped_strain, 1u);
             }
-            let def = deformations.d[index];
+            let def = load_deformation(deformed, index);
             let last_f = mat3x3f(def.f0.xyz, def.f1.xyz, def.f2.xyz);
             var next = last_f + dt * (l * last_f);
             if (dot(next[0], cross(next[1], next[2])) < MIN_VOLUME) {
@@ -172,25 +183,22 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
                 atomicAdd(&clock.clamped_volume, 1u);
             }
             let tau = def.f0.w * material(body.material, body, next).tau;
-            particles.d[index].x = x + dt * v;
-            particles.d[index].v = v;
-            particles.d[index].c0 = vec4f(vx.x, vy.x, vz.x, tau[0].x) * vec4f(vec3f(4.0 * inv), 1.0);
-            particles.d[index].c1 = vec4f(vx.y, vy.y, vz.y, tau[1].y) * vec4f(vec3f(4.0 * inv), 1.0);
-            particles.d[index].c2 = vec4f(vx.z, vy.z, vz.z, tau[2].z) * vec4f(vec3f(4.0 * inv), 1.0);
-            particles.d[index].s = vec4f(tau[1].x, tau[2].x, tau[2].y, 0.0);
             // A sum is finite only if all its terms are.
-            if (!finite(next[0] + next[1] + next[2]) || !finite(tau[0] + tau[1] + tau[2])) {
-                particles.d[index].tag = tag | QUARANTINED;
-                atomicAdd(&clock.quarantined, 1u);
-            }
+            let lost = !finite(next[0] + next[1] + next[2]) || !finite(tau[0] + tau[1] + tau[2]);
+            if (lost) { atomicAdd(&clock.quarantined, 1u); }
+            let rate = vec4f(vec3f(4.0 * inv), 1.0);
+            let at = 6u * index;
+            particles.d[at] = vec4f(x + dt * v, bitcast<f32>(tag | select(0u, QUARANTINED, lost)));
+            particles.d[at + 1u] = vec4f(v, texel(was, at + 1u).w);
+            particles.d[at + 2u] = vec4f(vx.x, vy.x, vz.x, tau[0].x) * rate;
+            particles.d[at + 3u] = vec4f(vx.y, vy.y, vz.y, tau[1].y) * rate;
+            particles.d[at + 4u] = vec4f(vx.z, vy.z, vz.z, tau[2].z) * rate;
+            particles.d[at + 5u] = vec4f(tau[1].x, tau[2].x, tau[2].y, 0.0);
             deformations.d[index] = Deformation(vec4f(next[0], def.f0.w), vec4f(next[1], 0.0), vec4f(next[2], 0.0));
             top = max(top, length(v));
         }
     }
-    fastest[lane] = top;
+    if (top > 0.0) { atomicMax(&fastest, bitcast<u32>(top)); }
     workgroupBarrier();
-    if (lane == 0u) {
-        for (var i = 1u; i < 64u; i++) { top = max(top, fastest[i]); }
-        atomicMax(&clock.speed_bits, bitcast<u32>(top));
-    }
+    if (lane == 0u) { atomicMax(&clock.speed_bits, atomicLoad(&fastest)); }
 }

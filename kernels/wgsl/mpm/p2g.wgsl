@@ -1,46 +1,57 @@
-//! use lib/scatter
-// Particles to grid, deterministic and without atomics: one lane owns a cell and sums its particles, in the order
-// of their numbers, into 27 private nodes; then the 64 lanes of a block add them into the block's tile one stencil
-// place at a time, so that no two lanes meet at a node. One workgroup a block.
+//! use lib/scatter lib/load
+// Particles to grid, deterministic and without atomics: one lane owns an occupied cell, sums its particles, in the
+// order of their numbers, into 27 private nodes and writes these; `mpm/grid_cells` gathers them. For CPU devices.
 
-struct Particles { d: array<Particle> }
-struct Bodies { d: array<Body> }
+//! texels particles: Particle
+//! texels bodies: Body
+//! texels placed: u32
+//! texels occupied: Cell
+//! texels forces: Forces
+
 struct Words { d: array<u32> }
-struct Tiles { d: array<vec4f> }
-@group(0) @binding(0) var<storage, read> particles: Particles;
-@group(0) @binding(1) var<storage, read> bodies: Bodies;
+struct Shares { d: array<vec4f> }
+@group(0) @binding(0) var particles: texture_1d<u32>;
+@group(0) @binding(1) var bodies: texture_1d<u32>;
 @group(0) @binding(2) var<storage, read_write> order: Words;
-@group(0) @binding(3) var<storage, read> starts: Words;
-@group(0) @binding(4) var<storage, read> counts: Words;
-@group(0) @binding(5) var<storage, read_write> tiles: Tiles;
-@group(0) @binding(6) var<storage, read> clock: Clock;
-@group(0) @binding(7) var<storage, read> forces: Forces;
+@group(0) @binding(3) var placed: texture_1d<u32>;                // `order` as `cells/place` left it
+@group(0) @binding(4) var occupied: texture_1d<u32>;
+@group(0) @binding(5) var<storage, read_write> shares: Shares;    // 27 an occupied cell, x first, then y, then z
+@group(0) @binding(6) var<storage, read> live: Counts;
+@group(0) @binding(7) var<storage, read> clock: Clock;
+@group(0) @binding(8) var forces: texture_1d<u32>;
 var<immediate> grid: Grid;
 
-var<workgroup> tile: array<vec4f, TILE>;
-
 @compute @workgroup_size(64)
-fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
+fn main(@builtin(global_invocation_id) id: vec3u) {
     // Read once and first: a software driver makes one load of a uniform address only before any branch.
     let origin = grid.origin;
     let dx = grid.dx;
     let dt = clock.dt;
     let time = clock.frame_start + clock.t;
-    let gravity = forces.gravity.xyz;
-    let field_count = forces.count;
-    let slot = group.x;
-    if (slot >= grid.capacity) { return; }
-    let first = starts.d[slot * 64u + lane];
-    let last = first + counts.d[slot * 64u + lane];
-    // Sums depend on their order: sort the cell's few particles by number.
-    for (var i = first + 1u; i < last; i++) {
-        let p = order.d[i];
-        var j = i;
-        while (j > first && order.d[j - 1u] > p) {
-            order.d[j] = order.d[j - 1u];
-            j -= 1u;
+    let cells = min(live.cells, grid.cells);
+    let gravity = texel(forces, 0u).xyz;
+    let field_count = textureLoad(forces, 1u, 0).x;
+    if (id.x >= cells) { return; }
+    let cell = load_cell(occupied, id.x);
+    let last = cell.first + cell.count;
+    // Sums depend on their order: the cell's few particles go by number. Mostly they came so already.
+    var sorted = true;
+    var before = 0u;
+    for (var i = cell.first; i < last; i++) {
+        let p = word(placed, i);
+        sorted = sorted && p >= before;
+        before = p;
+    }
+    if (!sorted) {
+        for (var i = cell.first + 1u; i < last; i++) {
+            let p = order.d[i];
+            var j = i;
+            while (j > cell.first && order.d[j - 1u] > p) {
+                order.d[j] = order.d[j - 1u];
+                j -= 1u;
+            }
+            order.d[j] = p;
         }
-        if (j != i) { order.d[j] = p; }
     }
     var n000 = vec4f(0.0);
     var n100 = vec4f(0.0);
@@ -72,11 +83,14 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     // The body changes rarely from particle to particle.
     var body = NOWHERE;
     var fields = 0u;
-    for (var i = first; i < last; i++) {
-        let p = particles.d[order.d[i]];
+    for (var i = cell.first; i < last; i++) {
+        // What this lane wrote it must read where it wrote it.
+        var index = 0u;
+        if (sorted) { index = word(placed, i); } else { index = order.d[i]; }
+        let p = load_particle(particles, index);
         if ((p.tag & BODY_MASK) != body) {
             body = p.tag & BODY_MASK;
-            fields = bodies.d[body].fields;
+            fields = load_body(bodies, body).fields;
         }
         let a = body_acceleration(p, fields, gravity, field_count, time);
         let s = scatter(p, a, origin, dx, dt);
@@ -117,60 +131,31 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         n122 += share(s, r22, 1u);
         n222 += share(s, r22, 2u);
     }
-    let at = (lane >> 4u) * 36u + ((lane >> 2u) & 3u) * 6u + (lane & 3u);
-    tile[at + 0u] += n000;
-    workgroupBarrier();
-    tile[at + 1u] += n100;
-    workgroupBarrier();
-    tile[at + 2u] += n200;
-    workgroupBarrier();
-    tile[at + 6u] += n010;
-    workgroupBarrier();
-    tile[at + 7u] += n110;
-    workgroupBarrier();
-    tile[at + 8u] += n210;
-    workgroupBarrier();
-    tile[at + 12u] += n020;
-    workgroupBarrier();
-    tile[at + 13u] += n120;
-    workgroupBarrier();
-    tile[at + 14u] += n220;
-    workgroupBarrier();
-    tile[at + 36u] += n001;
-    workgroupBarrier();
-    tile[at + 37u] += n101;
-    workgroupBarrier();
-    tile[at + 38u] += n201;
-    workgroupBarrier();
-    tile[at + 42u] += n011;
-    workgroupBarrier();
-    tile[at + 43u] += n111;
-    workgroupBarrier();
-    tile[at + 44u] += n211;
-    workgroupBarrier();
-    tile[at + 48u] += n021;
-    workgroupBarrier();
-    tile[at + 49u] += n121;
-    workgroupBarrier();
-    tile[at + 50u] += n221;
-    workgroupBarrier();
-    tile[at + 72u] += n002;
-    workgroupBarrier();
-    tile[at + 73u] += n102;
-    workgroupBarrier();
-    tile[at + 74u] += n202;
-    workgroupBarrier();
-    tile[at + 78u] += n012;
-    workgroupBarrier();
-    tile[at + 79u] += n112;
-    workgroupBarrier();
-    tile[at + 80u] += n212;
-    workgroupBarrier();
-    tile[at + 84u] += n022;
-    workgroupBarrier();
-    tile[at + 85u] += n122;
-    workgroupBarrier();
-    tile[at + 86u] += n222;
-    workgroupBarrier();
-    for (var i = lane; i < TILE; i += 64u) { tiles.d[slot * TILE + i] = tile[i]; }
+    shares.d[27u * id.x + 0u] = n000;
+    shares.d[27u * id.x + 1u] = n100;
+    shares.d[27u * id.x + 2u] = n200;
+    shares.d[27u * id.x + 3u] = n010;
+    shares.d[27u * id.x + 4u] = n110;
+    shares.d[27u * id.x + 5u] = n210;
+    shares.d[27u * id.x + 6u] = n020;
+    shares.d[27u * id.x + 7u] = n120;
+    shares.d[27u * id.x + 8u] = n220;
+    shares.d[27u * id.x + 9u] = n001;
+    shares.d[27u * id.x + 10u] = n101;
+    shares.d[27u * id.x + 11u] = n201;
+    shares.d[27u * id.x + 12u] = n011;
+    shares.d[27u * id.x + 13u] = n111;
+    shares.d[27u * id.x + 14u] = n211;
+    shares.d[27u * id.x + 15u] = n021;
+    shares.d[27u * id.x + 16u] = n121;
+    shares.d[27u * id.x + 17u] = n221;
+    shares.d[27u * id.x + 18u] = n002;
+    shares.d[27u * id.x + 19u] = n102;
+    shares.d[27u * id.x + 20u] = n202;
+    shares.d[27u * id.x + 21u] = n012;
+    shares.d[27u * id.x + 22u] = n112;
+    shares.d[27u * id.x + 23u] = n212;
+    shares.d[27u * id.x + 24u] = n022;
+    shares.d[27u * id.x + 25u] = n122;
+    shares.d[27u * id.x + 26u] = n222;
 }

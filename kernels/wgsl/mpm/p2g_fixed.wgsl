@@ -2,18 +2,20 @@
 // Particles to grid with integer atomics in workgroup memory: a lane a particle, sums in fixed point, so that their
 // order does not matter and no float atomics are needed. One workgroup a block.
 
-struct Particles { d: array<Particle> }
-struct Bodies { d: array<Body> }
-struct Words { d: array<u32> }
+//! texels particles: Particle
+//! texels bodies: Body
+//! texels order: u32
+//! texels spans: vec2u
+//! texels forces: Forces
+
 struct Tiles { d: array<vec4f> }
-@group(0) @binding(0) var<storage, read> particles: Particles;
-@group(0) @binding(1) var<storage, read> bodies: Bodies;
-@group(0) @binding(2) var<storage, read> order: Words;
-@group(0) @binding(3) var<storage, read> starts: Words;
-@group(0) @binding(4) var<storage, read> counts: Words;
-@group(0) @binding(5) var<storage, read_write> tiles: Tiles;
-@group(0) @binding(6) var<storage, read> clock: Clock;
-@group(0) @binding(7) var<storage, read> forces: Forces;
+@group(0) @binding(0) var particles: texture_1d<u32>;
+@group(0) @binding(1) var bodies: texture_1d<u32>;
+@group(0) @binding(2) var order: texture_1d<u32>;
+@group(0) @binding(3) var spans: texture_1d<u32>;     // of each slot: first place, number of particles
+@group(0) @binding(4) var<storage, read_write> tiles: Tiles;
+@group(0) @binding(5) var<storage, read> clock: Clock;
+@group(0) @binding(6) var forces: texture_1d<u32>;
 var<immediate> grid: Grid;
 
 // Momentum and mass of a node in units of a block's largest share, 2^20 steps each; 512 shares fit an i32 with room.
@@ -41,20 +43,20 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     let dx = grid.dx;
     let dt = clock.dt;
     let time = clock.frame_start + clock.t;
-    let gravity = forces.gravity.xyz;
-    let field_count = forces.count;
+    let gravity = texel(forces, 0u).xyz;
+    let field_count = textureLoad(forces, 1u, 0).x;
     let slot = group.x;
     if (slot >= grid.capacity) { return; }
     for (var i = lane; i < 4u * TILE; i += 64u) { atomicStore(&tile[i], 0); }
     for (var i = lane; i < TILE; i += 64u) { atomicStore(&pinned[i], 0); }
-    let first = starts.d[slot * 64u];
-    let last = starts.d[slot * 64u + 63u] + counts.d[slot * 64u + 63u];
+    let first = word(spans, 2u * slot);
+    let last = first + word(spans, 2u * slot + 1u);
     // The block's largest momentum and mass set the units; maxima do not depend on order either.
     var top = 0.0;
     var heavy = 0.0;
     for (var i = first + lane; i < last; i += 64u) {
-        let p = particles.d[order.d[i]];
-        let a = body_acceleration(p, bodies.d[p.tag & BODY_MASK].fields, gravity, field_count, time);
+        let p = load_particle(particles, word(order, i));
+        let a = body_acceleration(p, load_body(bodies, p.tag & BODY_MASK).fields, gravity, field_count, time);
         let s = scatter(p, a, origin, dx, dt);
         let reach = abs(s.q) + 2.0 * (abs(s.ax) + abs(s.ay) + abs(s.az)) + 1.5 * (abs(s.sx) + abs(s.sy) + abs(s.sz));
         top = max(top, max(reach.x, max(reach.y, reach.z)));
@@ -69,8 +71,8 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     let weight = max(bitcast<f32>(atomicLoad(&mass_bits)), 1e-30);
     let to_steps = vec4f(vec3f(steps / unit), steps / weight);
     for (var i = first + lane; i < last; i += 64u) {
-        let p = particles.d[order.d[i]];
-        let a = body_acceleration(p, bodies.d[p.tag & BODY_MASK].fields, gravity, field_count, time);
+        let p = load_particle(particles, word(order, i));
+        let a = body_acceleration(p, load_body(bodies, p.tag & BODY_MASK).fields, gravity, field_count, time);
         let s = scatter(p, a, origin, dx, dt);
         let local = vec3u(base_node(grid, p.x)) & vec3u(3u);
         let at = local.z * 36u + local.y * 6u + local.x;

@@ -2,18 +2,20 @@
 // Particles to grid with native float atomics: a lane a particle; neighbouring lanes of one cell are summed by
 // subgroup shuffles first, so that a cell's particles cost one atomic a node and subgroup. Bits depend on order.
 
-struct Particles { d: array<Particle> }
-struct Bodies { d: array<Body> }
-struct Words { d: array<u32> }
+//! texels particles: Particle
+//! texels bodies: Body
+//! texels order: u32
+//! texels spans: vec2u
+//! texels forces: Forces
+
 struct Tiles { d: array<atomic<f32>> }
-@group(0) @binding(0) var<storage, read> particles: Particles;
-@group(0) @binding(1) var<storage, read> bodies: Bodies;
-@group(0) @binding(2) var<storage, read> order: Words;
-@group(0) @binding(3) var<storage, read> starts: Words;
-@group(0) @binding(4) var<storage, read> counts: Words;
-@group(0) @binding(5) var<storage, read_write> tiles: Tiles;
-@group(0) @binding(6) var<storage, read> clock: Clock;
-@group(0) @binding(7) var<storage, read> forces: Forces;
+@group(0) @binding(0) var particles: texture_1d<u32>;
+@group(0) @binding(1) var bodies: texture_1d<u32>;
+@group(0) @binding(2) var order: texture_1d<u32>;
+@group(0) @binding(3) var spans: texture_1d<u32>;     // of each slot: first place, number of particles
+@group(0) @binding(4) var<storage, read_write> tiles: Tiles;
+@group(0) @binding(5) var<storage, read> clock: Clock;
+@group(0) @binding(6) var forces: texture_1d<u32>;
 var<immediate> grid: Grid;
 
 // Sums x over the run of lanes with the same cell that ends in each lane (a segmented scan, Hillis & Steele 1986).
@@ -38,19 +40,19 @@ fn main(
     let dx = grid.dx;
     let dt = clock.dt;
     let time = clock.frame_start + clock.t;
-    let gravity = forces.gravity.xyz;
-    let field_count = forces.count;
+    let gravity = texel(forces, 0u).xyz;
+    let field_count = textureLoad(forces, 1u, 0).x;
     let slot = group.x;
     if (slot >= grid.capacity) { return; }
     for (var i = lane; i < 4u * TILE; i += 64u) { atomicStore(&tiles.d[slot * 4u * TILE + i], 0.0); }
     storageBarrier();
-    let first = starts.d[slot * 64u];
-    let last = starts.d[slot * 64u + 63u] + counts.d[slot * 64u + 63u];
+    let first = word(spans, 2u * slot);
+    let last = first + word(spans, 2u * slot + 1u);
     for (var round = first; round < last; round += 64u) {
         let i = round + lane;
         let here = i < last;
-        let p = particles.d[order.d[min(i, last - 1u)]];
-        let a = body_acceleration(p, bodies.d[p.tag & BODY_MASK].fields, gravity, field_count, time);
+        let p = load_particle(particles, word(order, min(i, last - 1u)));
+        let a = body_acceleration(p, load_body(bodies, p.tag & BODY_MASK).fields, gravity, field_count, time);
         let s = scatter(p, a, origin, dx, dt);
         let local = vec3u(base_node(grid, p.x)) & vec3u(3u);
         var cell = local.z * 36u + local.y * 6u + local.x;

@@ -53,6 +53,8 @@ pub struct Call {
     pub groups: u32,
     /// Rows the workgroups are folded into.
     pub rows: u32,
+    /// Bindings that are another name of the same buffer.
+    pub same: Vec<(&'static str, &'static str)>,
     /// Least subgroup size the kernel is made for; devices with smaller ones run another kernel.
     pub lanes: u32,
 }
@@ -66,6 +68,7 @@ impl Call {
             immediates: Vec::new(),
             groups: u32::try_from(groups).expect("fewer than 2^32 workgroups"),
             rows: 1,
+            same: Vec::new(),
             lanes: 1,
         }
     }
@@ -75,6 +78,18 @@ impl Call {
     pub fn with<T: Pod>(mut self, name: &'static str, data: &[T]) -> Self {
         self.buffers.set(name, data);
         self
+    }
+
+    /// With a binding that is the buffer of another.
+    #[must_use]
+    pub fn same(mut self, name: &'static str, other: &'static str) -> Self {
+        self.same.push((name, other));
+        self
+    }
+
+    /// The binding whose buffer is bound under this name.
+    pub fn buffer_of(&self, name: &'static str) -> &'static str {
+        self.same.iter().find(|(n, _)| *n == name).map_or(name, |(_, other)| other)
     }
 
     /// With the value of an override.

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use physvideo_gpu::kernels::find as find_kernel;
+use physvideo_gpu::kernels::{AnyBuf, KernelInfo, find as find_kernel};
 use physvideo_gpu::{Buf, Command, Gpu, Recording};
 
 use super::{Ask, Buffers, Call, Case, Report};
@@ -24,24 +24,29 @@ pub fn run(gpu: &Gpu, case: &Case, call: &Call, pattern: u32) -> Result<Buffers,
     gpu.free_arena("proof");
     let mut bufs: Vec<Buf<u8>> = Vec::new();
     for binding in kernel.bindings {
-        let mut padded = call.buffers.bytes(binding.name).to_vec();
+        let of = call.buffer_of(binding.name);
+        if of != binding.name {
+            continue;
+        }
+        let mut padded = call.buffers.bytes(of).to_vec();
         if !padded.len().is_multiple_of(binding.bytes as usize) {
             return Err(format!("{name}: `{}` is not a whole number of {}", binding.name, binding.element));
         }
         padded.extend(pattern.to_le_bytes().iter().cycle().take(GUARD));
         bufs.push(gpu.upload("proof", binding.name, &padded).map_err(|e| format!("{name}: {e}"))?);
     }
+    let own: Vec<_> = kernel.bindings.iter().filter(|b| call.buffer_of(b.name) == b.name).collect();
     let mut recording = Recording::new(name);
     recording.commands.push(Command::Call {
         kernel,
         constants: call.constants.clone(),
-        bufs: bufs.iter().map(|b| b.erase()).collect(),
+        bufs: bound(kernel, call, &bufs),
         immediates: call.immediates.clone(),
         groups: call.dispatch(),
     });
     gpu.run(&recording).map_err(|e| format!("{name}: {e}"))?;
     let mut out = Buffers::default();
-    for (binding, buf) in kernel.bindings.iter().zip(&bufs) {
+    for (binding, buf) in own.into_iter().zip(&bufs) {
         let bytes = gpu.read(*buf).map_err(|e| format!("{name}: {e}"))?;
         let before = call.buffers.bytes(binding.name);
         let (contents, guard) = bytes.split_at(before.len());
@@ -54,6 +59,13 @@ pub fn run(gpu: &Gpu, case: &Case, call: &Call, pattern: u32) -> Result<Buffers,
         out.set(binding.name, contents);
     }
     Ok(out)
+}
+
+/// The buffers by binding; `own` has one for each binding that is not another's.
+fn bound(kernel: &KernelInfo, call: &Call, own: &[Buf<u8>]) -> Vec<AnyBuf> {
+    let names: Vec<_> = kernel.bindings.iter().map(|b| b.name).filter(|n| call.buffer_of(n) == *n).collect();
+    let of = |name| names.iter().position(|n| *n == call.buffer_of(name)).map(|i| own[i].erase());
+    kernel.bindings.iter().filter_map(|b| of(b.name)).collect()
 }
 
 /// Runs a case and compares it with its twin; the errors found, all within the tolerance. None are found where the
@@ -85,7 +97,8 @@ pub fn repeat(gpu: &Gpu, case: &Case, ask: Ask) -> Result<(), String> {
     }
     let (first, second) = (run(gpu, case, &call, PATTERNS[0])?, run(gpu, case, &call, PATTERNS[1])?);
     let kernel = find_kernel(case.kernel).ok_or_else(|| format!("{}: there is no such kernel", case.kernel))?;
-    for binding in kernel.bindings.iter().filter(|b| !case.unordered.contains(&b.name)) {
+    let own = kernel.bindings.iter().filter(|b| call.buffer_of(b.name) == b.name);
+    for binding in own.filter(|b| !case.unordered.contains(&b.name)) {
         if first.bytes(binding.name) != second.bytes(binding.name) {
             return Err(format!("{}: two runs differ in `{}` ({ask:?})", case.kernel, binding.name));
         }
@@ -123,8 +136,9 @@ pub fn time(gpu: &Gpu, case: &Case, items: usize, repeats: usize) -> Result<Row,
     let name = case.kernel;
     let kernel = find_kernel(name).ok_or_else(|| format!("{name}: there is no such kernel"))?;
     let say = |e: physvideo_gpu::GpuError| format!("{name}: {e}");
-    let mut bufs = Vec::new();
-    for binding in kernel.bindings {
+    let mut bufs: Vec<Buf<u8>> = Vec::new();
+    let own: Vec<_> = kernel.bindings.iter().filter(|b| call.buffer_of(b.name) == b.name).collect();
+    for binding in &own {
         bufs.push(gpu.upload("bench", binding.name, call.buffers.bytes(binding.name)).map_err(say)?);
     }
     let mut recording = Recording::new(name);
@@ -132,7 +146,7 @@ pub fn time(gpu: &Gpu, case: &Case, items: usize, repeats: usize) -> Result<Row,
     recording.commands.push(Command::Call {
         kernel,
         constants: call.constants.clone(),
-        bufs: bufs.iter().map(|b: &Buf<u8>| b.erase()).collect(),
+        bufs: bound(kernel, &call, &bufs),
         immediates: call.immediates.clone(),
         groups: call.dispatch(),
     });
@@ -140,7 +154,7 @@ pub fn time(gpu: &Gpu, case: &Case, items: usize, repeats: usize) -> Result<Row,
     let mut times = Vec::new();
     for i in 0..=repeats.max(1) {
         // Kernels change their inputs: every call starts from the same ones.
-        for (binding, buf) in kernel.bindings.iter().zip(&bufs) {
+        for (binding, buf) in own.iter().zip(&bufs) {
             gpu.write(*buf, 0, call.buffers.bytes(binding.name)).map_err(say)?;
         }
         let begin = Instant::now();

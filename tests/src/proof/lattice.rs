@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use physvideo_gpu::kernels::{Grid, Particle};
+use physvideo_gpu::kernels::{Cell, Counts, Grid, Particle};
 
 use super::cloud::QUARANTINED;
 use crate::random::Random;
@@ -49,6 +49,21 @@ pub fn coordinates(grid: &Grid, block: u32) -> [u32; 3] {
     [block % x, block / x % y, block / (x * y)]
 }
 
+/// Slots of the eight blocks at and below each slot's, then of the eight at and above it, [`NOWHERE`] for none.
+fn links(grid: &Grid, table: &[u32], list: &[u32]) -> Vec<u32> {
+    let around = |block: u32| {
+        let b = coordinates(grid, block).map(i64::from);
+        [-1, 1].into_iter().flat_map(move |way| {
+            (0..8i64).map(move |i| [b[0] + way * (i & 1), b[1] + way * (i >> 1 & 1), b[2] + way * (i >> 2)])
+        })
+    };
+    let slot = |at: [i64; 3]| {
+        let inside = (0..3).all(|a| (0..i64::from(grid.blocks[a])).contains(&at[a]));
+        if inside { table[index(grid, at.map(|c| c as u32)) as usize].wrapping_sub(1) } else { NOWHERE }
+    };
+    list.iter().flat_map(|block| around(*block)).map(slot).collect()
+}
+
 /// The block and its upper neighbours inside the grid.
 pub fn reached(grid: &Grid, block: u32) -> Vec<u32> {
     let b = coordinates(grid, block);
@@ -65,7 +80,7 @@ pub fn reached(grid: &Grid, block: u32) -> Vec<u32> {
 /// A valid outcome of locate, count, range and place; within a cell the particles are in a random order.
 #[derive(Clone, Debug)]
 pub struct Lattice {
-    /// With a capacity of just the slots needed.
+    /// With a capacity of just the slots and cells needed.
     pub grid: Grid,
     /// Slots that hold particles; they come first.
     pub blocks: usize,
@@ -83,6 +98,14 @@ pub struct Lattice {
     pub ranks: Vec<u32>,
     /// Particles by cell; as long as there are particles, the unsound ones leave its end empty.
     pub order: Vec<u32>,
+    /// First place and number of particles of each slot.
+    pub spans: Vec<[u32; 2]>,
+    /// The cells that hold particles, in a random order.
+    pub occupied: Vec<Cell>,
+    /// Place of each cell in `occupied` + 1, 0 where it is empty.
+    pub marks: Vec<u32>,
+    /// Slots below and above each slot.
+    pub links: Vec<u32>,
 }
 
 impl Lattice {
@@ -102,10 +125,12 @@ impl Lattice {
         random.shuffle(&mut upper);
         list.extend(upper);
         grid.capacity = list.len() as u32;
+        grid.cells = cells.len() as u32;
         let mut table = vec![0; grid.blocks.iter().product::<u32>() as usize];
         for (slot, block) in list.iter().enumerate() {
             table[*block as usize] = slot as u32 + 1;
         }
+        let links = links(&grid, &table, &list);
         let mut made = Self {
             grid,
             blocks: holding.len(),
@@ -114,16 +139,25 @@ impl Lattice {
             starts: vec![0; list.len() * 64],
             ranks: vec![0; keys.len()],
             order: vec![0; keys.len()],
+            spans: vec![[0; 2]; list.len()],
+            occupied: Vec::new(),
+            marks: vec![0; list.len() * 64],
+            links,
             list,
             keys,
         };
         made.fill(cells, &mut random);
+        random.shuffle(&mut made.occupied);
+        for (at, cell) in made.occupied.iter().enumerate() {
+            made.marks[cell.id as usize] = at as u32 + 1;
+        }
         made
     }
 
     fn fill(&mut self, mut cells: BTreeMap<u32, Vec<u32>>, random: &mut Random) {
         let mut cursor = 0;
         for slot in 0..self.blocks {
+            self.spans[slot][0] = cursor as u32;
             for cell in 0..64 {
                 let mut members = cells.remove(&(self.list[slot] * 64 + cell as u32)).unwrap_or_default();
                 random.shuffle(&mut members);
@@ -133,8 +167,23 @@ impl Lattice {
                     self.ranks[*p as usize] = rank as u32;
                     self.order[cursor + rank] = *p;
                 }
+                if !members.is_empty() {
+                    let id = (slot * 64 + cell) as u32;
+                    self.occupied.push(Cell { id, first: cursor as u32, count: members.len() as u32, unused: 0 });
+                }
                 cursor += members.len();
             }
+            self.spans[slot][1] = cursor as u32 - self.spans[slot][0];
+        }
+    }
+
+    /// The counters as the sort leaves them.
+    pub fn counters(&self) -> Counts {
+        Counts {
+            blocks: self.blocks as u32,
+            nodes: self.list.len() as u32,
+            cells: self.occupied.len() as u32,
+            ..Default::default()
         }
     }
 

@@ -91,10 +91,10 @@ fn an_arena_is_freed_whole_and_alone() {
     let used = gpu.memory_used().0;
     let gone = gpu.alloc::<u32>("scratch", "gone", 1000).unwrap();
     let _more = gpu.alloc::<u8>("scratch", "more", 5).unwrap();
-    assert_eq!(gpu.memory_used().0, used + 4000 + 8, "sizes are whole words");
+    assert_eq!(gpu.memory_used().0, used + 4000 + 16, "sizes are whole texels");
     gpu.free_arena("scratch");
-    assert_eq!(gpu.memory_used(), (used, used + 4008));
-    assert_eq!(gpu.buffers(), [("kept".to_string(), "run", 12)]);
+    assert_eq!(gpu.memory_used(), (used, used + 4016));
+    assert_eq!(gpu.buffers(), [("kept".to_string(), "run", 16)]);
     assert_eq!(gpu.read(kept).unwrap(), [1, 2, 3]);
     assert!(gpu.read(gone).is_err() && gpu.write(gone, 0, &[1]).is_err());
     let mut rec = Recording::new("late");

@@ -2,6 +2,7 @@
 
 pub mod clear;
 pub mod count;
+pub mod link;
 pub mod locate;
 pub mod place;
 pub mod range;

@@ -54,16 +54,18 @@ fn inputs(ask: Ask) -> Call {
         .collect();
     let clock =
         Clock { dt: 4e-3, speed_bits: 0.5f32.to_bits(), clamped_strain: 3, quarantined: 2, ..Default::default() };
-    Call::new(slots + 2)
+    Call::new(sorted.occupied.len().div_ceil(64) + 1)
         .constant("TRUE_GRADIENT", f64::from(u8::from(ask.seed.is_multiple_of(2))))
         .with("particles", &cloud.particles)
         .with("deformations", &cloud.deformations)
         .with("bodies", &bodies())
         .with("order", &sorted.order)
-        .with("starts", &sorted.starts)
-        .with("counts", &sorted.counts)
+        .same("was", "particles")
+        .same("deformed", "deformations")
+        .with("occupied", &sorted.occupied)
+        .with("links", &sorted.links)
         .with("table", &sorted.table)
-        .with("list", &sorted.list)
+        .with("live", &[sorted.counters()])
         .with("nodes", &nodes)
         .grid(&sorted.grid)
         .with("clock", &[clock])

@@ -1,7 +1,9 @@
 //! Proof of `mpm/grid`: v_i = Σ (mv) / Σ m over the blocks that reach a node, in contact, and never more
 //! than 0.9 dx in a step.
 
-use physvideo_gpu::kernels::{Clock, Collider, Colliders, Grid, LiveBlocks};
+use std::collections::HashMap;
+
+use physvideo_gpu::kernels::{Clock, Collider, Colliders, Grid};
 
 use super::{Vec3, obstacle, vec3};
 use crate::proof::cloud::{Cloud, grid};
@@ -26,35 +28,47 @@ const MARGIN: f64 = 2e-6;
 
 /// Odd seeds have no obstacle.
 fn inputs(ask: Ask) -> Call {
-    let mut random = Random::new(ask.seed ^ 0x9e1d);
+    let (call, sorted) = frame(ask);
+    let tiles = gifts(ask, sorted.blocks * TILE);
+    call.with("tiles", &tiles)
+}
+
+/// All that both ways to gather read, but for what they gather.
+pub(super) fn frame(ask: Ask) -> (Call, Lattice) {
     let cloud = Cloud::new(Ask { poison: false, ..ask });
     let sorted = Lattice::new(grid(), &cloud.particles, ask.seed);
     let slots = sorted.grid.capacity as usize;
-    let mut tiles: Vec<[f32; 4]> = (0..sorted.blocks * TILE)
+    let mut colliders = obstacles();
+    if ask.seed % 2 == 1 {
+        colliders.count = 0;
+    }
+    let clock = Clock { frame_start: 0.5, t: 0.2, dt: 0.0125, clamped_velocity: 5, ..Default::default() };
+    let call = Call::new(slots + 2)
+        .with("links", &sorted.links)
+        .with("list", &sorted.list)
+        .with("live", &[sorted.counters()])
+        .with("nodes", &vec![[f32::NAN; 4]; slots * 64])
+        .grid(&sorted.grid)
+        .with("clock", &[clock])
+        .with("colliders", &[colliders]);
+    (call, sorted)
+}
+
+/// Momenta and masses, some of them nothing; poisoned: a few not finite or huge.
+pub(super) fn gifts(ask: Ask, count: usize) -> Vec<[f32; 4]> {
+    let mut random = Random::new(ask.seed ^ 0x9e1d);
+    let mut given: Vec<[f32; 4]> = (0..count)
         .map(|_| {
             let (v, m) = (random.vector(2.0), random.range(0.1e-3, 2e-3));
             if random.chance(0.2) { [0.0; 4] } else { [v[0] * m, v[1] * m, v[2] * m, m] }
         })
         .collect();
     if ask.poison {
-        for (turn, i) in (100..tiles.len()).step_by(301).enumerate() {
-            tiles[i][turn % 3] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 3e38, 1e20][turn % 5];
+        for (turn, i) in (100..count).step_by(301).enumerate() {
+            given[i][turn % 3] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 3e38, 1e20][turn % 5];
         }
     }
-    let mut colliders = obstacles();
-    if ask.seed % 2 == 1 {
-        colliders.count = 0;
-    }
-    let clock = Clock { frame_start: 0.5, t: 0.2, dt: 0.0125, clamped_velocity: 5, ..Default::default() };
-    Call::new(slots + 2)
-        .with("tiles", &tiles)
-        .with("table", &sorted.table)
-        .with("list", &sorted.list)
-        .with("live", &[LiveBlocks { blocks: sorted.blocks as u32 }])
-        .with("nodes", &vec![[f32::NAN; 4]; slots * 64])
-        .grid(&sorted.grid)
-        .with("clock", &[clock])
-        .with("colliders", &[colliders])
+    given
 }
 
 /// One of each shape: sticking, separating, rubbing, at rest, moving, spinning, not yet and no longer moving.
@@ -107,12 +121,37 @@ fn obstacles() -> Colliders {
     all
 }
 
+/// Momentum, mass and the sum of the momenta's sizes at nodes of the grid.
+#[derive(Default)]
+pub(super) struct Sums(HashMap<[i64; 3], (Vec3, f64, f64)>);
+
+impl Sums {
+    /// Adds what one tile or cell gives to a node.
+    pub fn add(&mut self, node: [i64; 3], given: &[f32; 4]) {
+        let sum = self.0.entry(node).or_insert((Vec3::zeros(), 0.0, 0.0));
+        sum.0 += vec3(given);
+        sum.1 += f64::from(given[3]);
+        sum.2 += vec3(given).norm();
+    }
+}
+
 fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
+    let (grid, list): (Grid, Vec<u32>) = (call.buffers.one("grid"), call.buffers.get("list"));
+    let mut sums = Sums::default();
+    for (at, given) in call.buffers.get::<[f32; 4]>("tiles").iter().enumerate() {
+        let (block, n) = (coordinates(&grid, list[at / TILE]), at % TILE);
+        let local = [n % 6, n / 6 % 6, n / 36];
+        sums.add(std::array::from_fn(|i| i64::from(block[i]) * 4 + local[i] as i64), given);
+    }
+    compare_nodes(call, out, &sums)
+}
+
+/// The nodes against those of the twin, given what reaches them.
+pub(super) fn compare_nodes(call: &Call, out: &Buffers, sums: &Sums) -> Vec<Compared> {
     let input = &call.buffers;
     let (grid, clock): (Grid, Clock) = (input.one("grid"), input.one("clock"));
     let colliders: Colliders = input.one("colliders");
-    let (tiles, list): (Vec<[f32; 4]>, Vec<u32>) = (input.get("tiles"), input.get("list"));
-    let blocks = tiles.len() / TILE;
+    let list: Vec<u32> = input.get("list");
     let (dx, dt) = (f64::from(grid.dx), f64::from(clock.dt));
     let time = f64::from(clock.frame_start) + f64::from(clock.t) + dt;
     let got: Vec<[f32; 4]> = out.get("nodes");
@@ -122,18 +161,8 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     for (at, node) in got.iter().enumerate() {
         let block = coordinates(&grid, list[at / 64]);
         let local = [at % 4, at / 4 % 4, at / 16 % 4];
-        let place: Vec<i64> = (0..3).map(|i| i64::from(block[i]) * 4 + local[i] as i64).collect();
-        let (mut p, mut m, mut size) = (Vec3::zeros(), 0.0, 0.0);
-        for slot in 0..blocks {
-            let from = coordinates(&grid, list[slot]);
-            let n: Vec<i64> = (0..3).map(|i| place[i] - i64::from(from[i]) * 4).collect();
-            if n.iter().all(|n| (0..6).contains(n)) {
-                let tile = tiles[slot * TILE + (n[2] * 36 + n[1] * 6 + n[0]) as usize];
-                p += vec3(&tile);
-                m += f64::from(tile[3]);
-                size += vec3(&tile).norm();
-            }
-        }
+        let place: [i64; 3] = std::array::from_fn(|i| i64::from(block[i]) * 4 + local[i] as i64);
+        let (p, m, size) = sums.0.get(&place).copied().unwrap_or((Vec3::zeros(), 0.0, 0.0));
         mass_got.push(f64::from(node[3]));
         masses.push(m);
         if !p.iter().all(|c| c.is_finite()) || size > 1e15 {

@@ -5,6 +5,7 @@ pub mod elastic;
 pub mod force;
 pub mod g2p;
 pub mod grid;
+pub mod grid_cells;
 pub mod measure;
 pub mod obstacle;
 pub mod p2g;

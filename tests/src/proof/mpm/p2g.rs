@@ -1,11 +1,11 @@
 //! Proof of `mpm/p2g`: m_i = Σ w m, (mv)_i = Σ w m (v + dt a + C (x_i − x_p)) − dt V0 τ ∇w (Jiang 2015; Stomakhin 2013), or with
 //! 4/dx² w (x_i − x_p) for ∇w (Hu 2018, eq. 16).
 
-use physvideo_gpu::kernels::{Body, Clock, Forces, Grid, Particle};
+use physvideo_gpu::kernels::{Body, Cell, Clock, Forces, Grid, Particle};
 
 use super::{Vec3, affine, bodies, force, spline, stress, vec3};
 use crate::proof::cloud::{Cloud, PINNED, grid};
-use crate::proof::lattice::{Lattice, NOWHERE, TILE, coordinates};
+use crate::proof::lattice::{Lattice, TILE, base};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 
 pub static CASE: Case = Case {
@@ -21,22 +21,31 @@ pub static CASE: Case = Case {
 };
 
 /// Odd seeds use the MLS gradient.
-pub(super) fn inputs(ask: Ask) -> Call {
+fn inputs(ask: Ask) -> Call {
     let mut cloud = Cloud::new(ask).quarantined();
     keep_clear(&mut cloud.particles);
     let sorted = Lattice::new(grid(), &cloud.particles, ask.seed);
-    let slots = sorted.grid.capacity as usize;
-    Call::new(slots + 2)
+    let cells = sorted.occupied.len();
+    Call::new(cells.div_ceil(64) + 1)
         .constant("TRUE_GRADIENT", f64::from(u8::from(ask.seed.is_multiple_of(2))))
         .with("particles", &cloud.particles)
         .with("bodies", &bodies())
         .with("order", &sorted.order)
-        .with("starts", &sorted.starts)
-        .with("counts", &sorted.counts)
-        .with("tiles", &vec![[f32::NAN; 4]; slots * TILE])
+        .same("placed", "order")
+        .with("occupied", &sorted.occupied)
+        .with("shares", &vec![[f32::NAN; 4]; cells * 27])
+        .with("live", &[sorted.counters()])
         .grid(&sorted.grid)
         .with("clock", &[clock()])
         .with("forces", &[force::forces()])
+        .with("spans", &sorted.spans)
+}
+
+/// The same for the forms that sum into tiles, a workgroup a slot.
+pub(super) fn tile_inputs(ask: Ask) -> Call {
+    let call = inputs(ask);
+    let slots = call.buffers.one::<Grid>("grid").capacity as usize;
+    Call { groups: slots as u32 + 2, same: Vec::new(), ..call }.with("tiles", &vec![[f32::NAN; 4]; slots * TILE])
 }
 
 fn clock() -> Clock {
@@ -55,36 +64,39 @@ fn keep_clear(particles: &mut [Particle]) {
 
 fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let mut order: Vec<u32> = call.buffers.get("order");
-    let (starts, counts): (Vec<u32>, Vec<u32>) = (call.buffers.get("starts"), call.buffers.get("counts"));
-    for (first, count) in starts.iter().zip(&counts) {
-        order[*first as usize..(first + count) as usize].sort_unstable();
+    for cell in call.buffers.get::<Cell>("occupied") {
+        order[cell.first as usize..(cell.first + cell.count) as usize].sort_unstable();
     }
-    let mut compared = compare_tiles(call, out);
+    let got: Vec<[f32; 4]> = out.get("shares");
+    let mut compared = compare_sums(call, &got, |at, _, o| at * 27 + o[2] * 9 + o[1] * 3 + o[0]);
     compared.push(Compared::equal("cells are put in order", &out.get::<u32>("order"), &order));
     compared
 }
 
 /// The tiles of every block; the same for each way to sum them.
 pub(super) fn compare_tiles(call: &Call, out: &Buffers) -> Vec<Compared> {
+    compare_sums(call, &out.get::<[f32; 4]>("tiles"), |_, id, o| {
+        let local = [id % 4, id / 4 % 4, id / 16 % 4];
+        id / 64 * TILE + (local[2] + o[2]) * 36 + (local[1] + o[1]) * 6 + local[0] + o[0]
+    })
+}
+
+/// Sums `got` against the twin's; `place` says where the share of a cell (its place in the list, its id) at the node
+/// `offset` from it goes.
+fn compare_sums(call: &Call, got: &[[f32; 4]], place: fn(usize, usize, [usize; 3]) -> usize) -> Vec<Compared> {
     let input = &call.buffers;
     let particles: Vec<Particle> = input.get("particles");
     let (bodies, forces): (Vec<Body>, Forces) = (input.get("bodies"), input.one("forces"));
     let (grid, clock): (Grid, Clock) = (input.one("grid"), input.one("clock"));
     let true_gradient = call.constants == physvideo_gpu::Constants::none().with("TRUE_GRADIENT", 1.0);
     let (dx, dt) = (f64::from(grid.dx), f64::from(clock.dt));
-    // The list of blocks is not the kernel's business, only ours: it sums tiles.
-    let sorted = Lattice::new(self::grid(), &particles, 0);
-    let (starts, counts): (Vec<u32>, Vec<u32>) = (input.get("starts"), input.get("counts"));
     let order: Vec<u32> = input.get("order");
-    let slots = grid.capacity as usize;
-    let mut want = vec![(Vec3::zeros(), 0.0); slots * TILE];
-    let mut scale = vec![(0.0, 0.0); slots * TILE];
-    for cell in 0..slots * 64 {
-        let range = starts[cell] as usize..(starts[cell] + counts[cell]) as usize;
-        for p in order[range].iter().map(|p| *p as usize) {
-            assert_ne!(sorted.keys[p], NOWHERE, "inputs order an unsound particle");
-            let block = coordinates(&grid, sorted.keys[p] / 64);
+    let mut want = vec![(Vec3::zeros(), 0.0); got.len()];
+    let mut scale = vec![(0.0, 0.0); got.len()];
+    for (at, cell) in input.get::<Cell>("occupied").into_iter().enumerate() {
+        for p in order[cell.first as usize..(cell.first + cell.count) as usize].iter().map(|p| *p as usize) {
             let p = &particles[p];
+            let base = base(&grid, p.x).expect("only sound particles are ordered");
             let free = if p.tag & PINNED == 0 { 1.0 } else { 0.0 };
             let (m, v, c, tau) = (f64::from(p.m), vec3(&p.v), affine(p), stress(p));
             let mask = bodies[(p.tag & 0xff) as usize].fields;
@@ -93,20 +105,19 @@ pub(super) fn compare_tiles(call: &Call, out: &Buffers) -> Vec<Compared> {
             let mass = if free > 0.0 { m } else { 1e6 * m };
             let carried = m * (v.norm() + dt * a.norm() + c.norm() * dx) + 4.0 * dt * tau.norm() / dx;
             for r in spline::reach(&grid, &p.x) {
-                let local: Vec<i64> = (0..3).map(|i| r.node[i] - i64::from(block[i]) * 4).collect();
-                if local.iter().any(|l| !(0..6).contains(l)) {
+                let offset: [i64; 3] = std::array::from_fn(|i| r.node[i] - i64::from(base[i]));
+                if offset.iter().any(|o| !(0..3).contains(o)) {
                     continue; // a weight that rounding made more than nothing
                 }
                 let gradient = if true_gradient { r.gradient } else { r.offset * (4.0 / (dx * dx) * r.weight) };
-                let at = cell / 64 * TILE + (local[2] * 36 + local[1] * 6 + local[0]) as usize;
-                want[at].0 += free * (r.weight * m * (v + dt * a + c * r.offset) - dt * tau * gradient);
-                want[at].1 += r.weight * mass;
-                scale[at].0 += carried;
-                scale[at].1 += mass;
+                let to = place(at, cell.id as usize, offset.map(|o| o as usize));
+                want[to].0 += free * (r.weight * m * (v + dt * a + c * r.offset) - dt * tau * gradient);
+                want[to].1 += r.weight * mass;
+                scale[to].0 += carried;
+                scale[to].1 += mass;
             }
         }
     }
-    let got: Vec<[f32; 4]> = out.get("tiles");
     vec![
         Compared::close(
             "momentum",

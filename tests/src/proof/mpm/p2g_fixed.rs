@@ -5,7 +5,7 @@ use crate::proof::{Buffers, Call, Case, Compared};
 
 pub static CASE: Case = Case {
     kernel: "mpm/p2g_fixed",
-    inputs: p2g::inputs,
+    inputs: p2g::tile_inputs,
     compare,
     tolerance: 6e-6,
     reason: "each of a node's shares is rounded to 2^-20 of the block's largest, at most half a step each",

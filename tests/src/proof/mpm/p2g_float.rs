@@ -5,7 +5,7 @@ use crate::proof::Case;
 
 pub static CASE: Case = Case {
     kernel: "mpm/p2g_float",
-    inputs: p2g::inputs,
+    inputs: p2g::tile_inputs,
     compare: p2g::compare_tiles,
     tolerance: p2g::CASE.tolerance,
     reason: "as mpm/p2g: the order of a few dozen terms moves the sum by less than the weights' error",

@@ -1,10 +1,15 @@
 //! MLS-MPM of elastic bodies (Hu 2018; Stomakhin 2013): particles carry state, the grid carries one substep.
 //! Records a batch of substeps once and submits it until the device says that the frame is done.
 
+mod frame;
+mod start;
+
 use bytemuck::Zeroable;
 use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Forces, Particle, Sums, mpm};
 use physvideo_gpu::{Buf, Constants, DeviceKind, Feature, Gpu, GpuError, Groups, Prepared, Recording};
 
+pub use self::frame::FrameStats;
+use self::start::{constants, initial_state, room};
 use super::cells::{self, Cells, PARTICLE_GROUPS};
 use crate::world::World;
 
@@ -36,25 +41,6 @@ impl Default for Method {
     fn default() -> Self {
         Self { p2g: None, deterministic: true, true_gradient: true, batch: 32 }
     }
-}
-
-/// What happened in a frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FrameStats {
-    /// Substeps taken, those of rejected attempts included.
-    pub substeps: u32,
-    /// Smallest and largest substep [s].
-    pub dt: (f32, f32),
-    /// Grid nodes slowed down to the speed limit.
-    pub clamped_velocity: u32,
-    /// Particle updates whose stretch was limited.
-    pub clamped_strain: u32,
-    /// Particle updates whose compression was refused.
-    pub clamped_volume: u32,
-    /// Particles taken out: not finite, or outside the grid.
-    pub quarantined: u32,
-    /// Attempts at the frame that were taken back and repeated with half the step.
-    pub rejected: u32,
 }
 
 /// Sums over one body.
@@ -91,7 +77,8 @@ pub struct Mpm<'gpu> {
     colliders: Buf<Colliders>,
     saved: (Buf<Particle>, Buf<Deformation>),
     sums: Buf<Sums>,
-    tiles: Buf<[f32; 4]>,
+    /// What particles give to nodes: 27 shares an occupied cell, or a tile of 6³ nodes a slot.
+    given: Buf<[f32; 4]>,
     nodes: Buf<[f32; 4]>,
     cells: Cells,
     constants: Constants,
@@ -127,8 +114,7 @@ impl<'gpu> Mpm<'gpu> {
             first += body.positions.len() as u64;
         }
         let grid = cells::grid(world.domain, world.dx);
-        let touched = cells::blocks_touched(&grid, world.bodies.iter().flat_map(|b| b.positions.iter().copied()));
-        let capacity = capacity(&grid, touched);
+        let room = room(world, &grid);
         let mut forces = Forces::zeroed();
         forces.gravity[..3].copy_from_slice(&world.gravity);
         forces.count = world.fields.len().min(MOST) as u32;
@@ -168,9 +154,9 @@ impl<'gpu> Mpm<'gpu> {
                 gpu.alloc("run", "mpm/saved_deformations", count)?,
             ),
             sums: gpu.alloc("run", "mpm/sums", count.div_ceil(64))?,
-            tiles: gpu.alloc("grid", "mpm/tiles", 216 * u64::from(capacity))?,
-            nodes: gpu.alloc("grid", "mpm/nodes", 64 * u64::from(capacity))?,
-            cells: Cells::new(gpu, grid, count, capacity)?,
+            given: gpu.alloc("grid", "mpm/given", room.given(p2g))?,
+            nodes: gpu.alloc("grid", "mpm/nodes", 64 * u64::from(room.slots))?,
+            cells: Cells::new(gpu, grid, count, room.slots, room.cells)?,
             constants: constants(world, method),
             method,
             p2g,
@@ -188,12 +174,15 @@ impl<'gpu> Mpm<'gpu> {
         Ok(mpm)
     }
 
-    /// Bytes that [`Mpm::new`] will allocate for `particles` particles touching `blocks` blocks, before any is made.
-    pub fn bytes(world: &World, particles: u64, blocks: u64) -> u64 {
+    /// Bytes that [`Mpm::new`] will allocate, with whichever transfer takes more, before any is made.
+    pub fn bytes(world: &World) -> u64 {
+        let particles: u64 = world.bodies.iter().map(|b| b.positions.len() as u64).sum();
         let grid = cells::grid(world.domain, world.dx);
-        let capacity = capacity(&grid, blocks);
+        let room = room(world, &grid);
         let each = (2 * (size_of::<Particle>() + size_of::<Deformation>()) + 1) as u64;
-        each * particles + 16 * 280 * u64::from(capacity) + Cells::bytes(&grid, particles, capacity)
+        let given = room.given(P2g::Cell).max(room.given(P2g::Fixed));
+        let sort = Cells::bytes(&grid, particles, room.slots, room.cells);
+        each * particles + 16 * (given + 64 * u64::from(room.slots)) + sort
     }
 
     /// Which transfer is used.
@@ -218,47 +207,69 @@ impl<'gpu> Mpm<'gpu> {
     /// One substep: clear, clock, sort, P2G, grid, G2P.
     pub fn record_substep(&self, rec: &mut Recording) {
         let k = &self.constants;
-        let Cells { grid: immediates, table, list, counts, starts, order, live, .. } = self.cells;
-        let Self { particles, deformations, bodies, forces, clock, colliders, tiles, nodes, .. } = *self;
+        let Cells { grid: immediates, list, order, spans, occupied, marks, links, live, .. } = self.cells;
+        let Self { particles, deformations, bodies, forces, clock, colliders, given, nodes, .. } = *self;
+        let (blocks, slots, cells) = (self.cells.block_groups(), self.cells.node_groups(), self.cells.cell_groups());
+        let counts = live.cast();
         self.cells.record_clear(rec, k);
         rec.call(&mpm::Clock { clock, live }, k, Groups::Direct([1, 1, 1]));
         self.cells.record_sort(rec, k, particles, clock);
-        let blocks = self.cells.block_groups();
         match self.p2g {
-            P2g::Cell => rec.call(
-                &mpm::P2g { particles, bodies, order, starts, counts, tiles, immediates, clock, forces },
-                k,
-                blocks,
-            ),
-            P2g::Fixed => rec.call(
-                &mpm::P2gFixed { particles, bodies, order, starts, counts, tiles, immediates, clock, forces },
-                k,
-                blocks,
-            ),
-            P2g::Float => rec.call(
-                &mpm::P2gFloat {
+            P2g::Cell => {
+                let p2g = mpm::P2g {
                     particles,
                     bodies,
                     order,
-                    starts,
-                    counts,
-                    tiles: tiles.cast(),
-                    immediates,
+                    placed: order,
+                    occupied,
+                    shares: given,
+                    live: counts,
                     clock,
                     forces,
-                },
-                k,
-                blocks,
-            ),
+                    immediates,
+                };
+                rec.call(&p2g, k, cells);
+            }
+            P2g::Fixed => {
+                let tiles = given;
+                rec.call(
+                    &mpm::P2gFixed { particles, bodies, order, spans, tiles, clock, forces, immediates },
+                    k,
+                    blocks,
+                );
+            }
+            P2g::Float => {
+                let tiles = given.cast();
+                rec.call(
+                    &mpm::P2gFloat { particles, bodies, order, spans, tiles, clock, forces, immediates },
+                    k,
+                    blocks,
+                );
+            }
         }
-        rec.call(
-            &mpm::Grid { tiles, table, list, live: live.cast(), nodes, immediates, clock, colliders },
-            k,
-            self.cells.node_groups(),
-        );
-        let g2p =
-            mpm::G2p { particles, deformations, bodies, order, starts, counts, table, list, nodes, immediates, clock };
-        rec.call(&g2p, k, blocks);
+        if self.p2g == P2g::Cell {
+            let grid =
+                mpm::GridCells { shares: given, marks, links, list, live: counts, nodes, clock, colliders, immediates };
+            rec.call(&grid, k, slots);
+        } else {
+            let grid = mpm::Grid { tiles: given, links, list, live: counts, nodes, clock, colliders, immediates };
+            rec.call(&grid, k, slots);
+        }
+        let g2p = mpm::G2p {
+            was: particles,
+            particles: particles.cast(),
+            deformed: deformations,
+            deformations,
+            bodies,
+            order,
+            occupied,
+            links,
+            nodes,
+            live: counts,
+            clock,
+            immediates,
+        };
+        rec.call(&g2p, k, cells);
     }
 
     fn prepare(&mut self) -> Result<(), GpuError> {
@@ -309,83 +320,6 @@ impl<'gpu> Mpm<'gpu> {
         self.gpu.run(&rec).map(|_| ())
     }
 
-    /// Runs batches until the device says that `length` seconds have passed, without looking at the counters.
-    fn advance(&mut self, length: f32, courant: f32) -> Result<Clock, GpuError> {
-        self.begin(length, courant)?;
-        self.prepare()?;
-        loop {
-            if let Some(batch) = &self.batch {
-                batch.submit()?;
-            }
-            let clock = self.gpu.read(self.clock)?[0];
-            if clock.particle_groups[0] == 0 {
-                return Ok(clock);
-            }
-        }
-    }
-
-    /// Advances by one frame of `length` seconds. A frame in which particles were lost or nodes ran away is taken
-    /// back and repeated with half the Courant number, twice at most, and no more in this run once that did not help; what remains is counted.
-    ///
-    /// # Errors
-    /// The device's refusal.
-    pub fn frame(&mut self, length: f32) -> Result<FrameStats, GpuError> {
-        let mut stats = FrameStats::default();
-        if self.particles_in_use() == 0 {
-            self.time += f64::from(length);
-            return Ok(stats);
-        }
-        let mut save = Recording::new("save");
-        save.copy(self.particles, self.saved.0);
-        save.copy(self.deformations, self.saved.1);
-        self.gpu.run(&save)?;
-        let mut courant = self.courant;
-        loop {
-            let clock = self.advance(length, courant)?;
-            stats.substeps += clock.substeps;
-            let full = self.gpu.read(self.cells.live)?[0].overflow > 0;
-            let bad = clock.clamped_velocity + clock.quarantined > 0 && self.force_dt == 0.0;
-            if full || (bad && stats.rejected < self.patience) {
-                let mut back = Recording::new("back");
-                back.copy(self.saved.0, self.particles);
-                back.copy(self.saved.1, self.deformations);
-                self.gpu.run(&back)?;
-                if full {
-                    self.make_room()?;
-                } else {
-                    stats.rejected += 1;
-                    courant *= 0.5;
-                }
-                continue;
-            }
-            if bad && stats.rejected == self.patience {
-                // Smaller steps did not help; trying again at every frame would cost seven times the work.
-                self.patience = 0;
-            }
-            self.speed = f32::from_bits(clock.speed_bits);
-            stats.dt = (clock.dt_min, clock.dt_max);
-            stats.clamped_velocity = clock.clamped_velocity;
-            stats.clamped_strain = clock.clamped_strain;
-            stats.clamped_volume = clock.clamped_volume;
-            stats.quarantined = clock.quarantined;
-            self.time += f64::from(length);
-            return Ok(stats);
-        }
-    }
-
-    /// Doubles the number of blocks there is room for.
-    fn make_room(&mut self) -> Result<(), GpuError> {
-        let grid = self.cells.grid;
-        let dense: u64 = grid.blocks.iter().map(|b| u64::from(*b)).product();
-        let capacity = (2 * u64::from(self.cells.capacity)).min(dense) as u32;
-        self.batch = None;
-        self.tiles = self.gpu.alloc("run", "mpm/tiles", 216 * u64::from(capacity))?;
-        self.nodes = self.gpu.alloc("run", "mpm/nodes", 64 * u64::from(capacity))?;
-        self.gpu.free_arena("grid");
-        self.cells = Cells::new(self.gpu, grid, u64::from(self.particles_in_use()), capacity)?;
-        Ok(())
-    }
-
     /// Sums over body `index`.
     ///
     /// # Errors
@@ -416,56 +350,6 @@ impl<'gpu> Mpm<'gpu> {
         }
         Ok(out)
     }
-}
-
-/// Room for the blocks touched at the start and as many more, their neighbours included; never more than all.
-fn capacity(grid: &kernels::Grid, touched: u64) -> u32 {
-    let dense: u64 = grid.blocks.iter().map(|b| u64::from(*b)).product();
-    (8 * touched + 64).min(dense) as u32
-}
-
-/// Share of the lightest particle's mass below which a node is one at the rim.
-const SPARSE: f32 = 1e-2;
-
-/// Overrides: the members of each family that this world uses, and the gradient.
-fn constants(world: &World, method: Method) -> Constants {
-    let material = |kind| world.bodies.iter().any(|b| b.constants().material == kind);
-    let field = |kind| world.fields.iter().any(|f| f.kind == kind);
-    let shape = |kind| world.colliders.iter().any(|c| c.shape == kind);
-    let flag = |on: bool| if on { 1.0 } else { 0.0 };
-    let lightest = world.bodies.iter().map(|b| b.density * b.particle_volume).fold(f32::MAX, f32::min);
-    Constants::none()
-        .with("TRUE_GRADIENT", flag(method.true_gradient))
-        .with("SPARSE", f64::from(SPARSE * lightest))
-        .with("MATERIAL_COROTATED_USED", flag(material(1)))
-        .with("MATERIAL_NEO_HOOKEAN_USED", flag(material(2)))
-        .with("FIELD_UNIFORM_USED", flag(field(1)))
-        .with("FIELD_WIND_USED", flag(field(2)))
-        .with("FIELD_POINT_USED", flag(field(3)))
-        .with("SHAPE_PLANE_USED", flag(shape(1)))
-        .with("SHAPE_BALL_USED", flag(shape(2)))
-        .with("SHAPE_BOX_USED", flag(shape(3)))
-        .with("SHAPE_ROOM_USED", flag(shape(4)))
-}
-
-fn initial_state(world: &World) -> (Vec<Particle>, Vec<Deformation>) {
-    let mut particles = Vec::new();
-    let mut deformations = Vec::new();
-    for (tag, body) in world.bodies.iter().enumerate() {
-        for (i, x) in body.positions.iter().enumerate() {
-            let mut p = Particle::zeroed();
-            p.x = *x;
-            p.v = body.velocities.get(i).copied().unwrap_or_default();
-            p.m = body.density * body.particle_volume;
-            p.tag = tag as u32 | if body.pinned.get(i) == Some(&true) { super::mpm::PINNED } else { 0 };
-            particles.push(p);
-            let mut d = Deformation::zeroed();
-            (d.f0[0], d.f1[1], d.f2[2]) = (1.0, 1.0, 1.0);
-            d.f0[3] = body.particle_volume;
-            deformations.push(d);
-        }
-    }
-    (particles, deformations)
 }
 
 /// Flag of a particle that is held (`PINNED` in WGSL).

@@ -1,0 +1,107 @@
+//! A frame: batches of substeps until the device says that it is done, and the guard behind them.
+
+use physvideo_gpu::kernels::Clock;
+use physvideo_gpu::{GpuError, Recording};
+
+use super::Mpm;
+use super::start::Room;
+use crate::stages::cells::Cells;
+
+/// What happened in a frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrameStats {
+    /// Substeps taken, those of rejected attempts included.
+    pub substeps: u32,
+    /// Smallest and largest substep [s].
+    pub dt: (f32, f32),
+    /// Grid nodes slowed down to the speed limit.
+    pub clamped_velocity: u32,
+    /// Particle updates whose stretch was limited.
+    pub clamped_strain: u32,
+    /// Particle updates whose compression was refused.
+    pub clamped_volume: u32,
+    /// Particles taken out: not finite, or outside the grid.
+    pub quarantined: u32,
+    /// Attempts at the frame that were taken back and repeated with half the step.
+    pub rejected: u32,
+}
+
+impl Mpm<'_> {
+    /// Runs batches until the device says that `length` seconds have passed, without looking at the counters.
+    fn advance(&mut self, length: f32, courant: f32) -> Result<Clock, GpuError> {
+        self.begin(length, courant)?;
+        self.prepare()?;
+        loop {
+            if let Some(batch) = &self.batch {
+                batch.submit()?;
+            }
+            let clock = self.gpu.read(self.clock)?[0];
+            if clock.particle_groups[0] == 0 {
+                return Ok(clock);
+            }
+        }
+    }
+
+    /// Advances by one frame of `length` seconds. A frame in which particles were lost or nodes ran away is taken
+    /// back and repeated with half the Courant number, twice at most, and no more in this run once that did not help; what remains is counted.
+    ///
+    /// # Errors
+    /// The device's refusal.
+    pub fn frame(&mut self, length: f32) -> Result<FrameStats, GpuError> {
+        let mut stats = FrameStats::default();
+        if self.particles_in_use() == 0 {
+            self.time += f64::from(length);
+            return Ok(stats);
+        }
+        let mut save = Recording::new("save");
+        save.copy(self.particles, self.saved.0);
+        save.copy(self.deformations, self.saved.1);
+        self.gpu.run(&save)?;
+        let mut courant = self.courant;
+        loop {
+            let clock = self.advance(length, courant)?;
+            stats.substeps += clock.substeps;
+            let live = self.gpu.read(self.cells.live)?[0];
+            let full = live.overflow + live.crowded > 0;
+            let bad = clock.clamped_velocity + clock.quarantined > 0 && self.force_dt == 0.0;
+            if full || (bad && stats.rejected < self.patience) {
+                let mut back = Recording::new("back");
+                back.copy(self.saved.0, self.particles);
+                back.copy(self.saved.1, self.deformations);
+                self.gpu.run(&back)?;
+                if full {
+                    self.make_room(live.overflow > 0, live.crowded > 0)?;
+                } else {
+                    stats.rejected += 1;
+                    courant *= 0.5;
+                }
+                continue;
+            }
+            if bad && stats.rejected == self.patience {
+                // Smaller steps did not help; trying again at every frame would cost seven times the work.
+                self.patience = 0;
+            }
+            self.speed = f32::from_bits(clock.speed_bits);
+            stats.dt = (clock.dt_min, clock.dt_max);
+            stats.clamped_velocity = clock.clamped_velocity;
+            stats.clamped_strain = clock.clamped_strain;
+            stats.clamped_volume = clock.clamped_volume;
+            stats.quarantined = clock.quarantined;
+            self.time += f64::from(length);
+            return Ok(stats);
+        }
+    }
+
+    /// Doubles the number of blocks or of occupied cells there is room for.
+    fn make_room(&mut self, slots: bool, cells: bool) -> Result<(), GpuError> {
+        let grid = self.cells.grid;
+        let now = Room { slots: grid.capacity, cells: grid.cells };
+        let room = now.doubled(&grid, self.particles_in_use(), slots, cells);
+        self.batch = None;
+        self.gpu.free_arena("grid");
+        self.given = self.gpu.alloc("grid", "mpm/given", room.given(self.p2g))?;
+        self.nodes = self.gpu.alloc("grid", "mpm/nodes", 64 * u64::from(room.slots))?;
+        self.cells = Cells::new(self.gpu, grid, u64::from(self.particles_in_use()), room.slots, room.cells)?;
+        Ok(())
+    }
+}

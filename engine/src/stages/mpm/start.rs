@@ -1,0 +1,94 @@
+//! What a solver starts with: room for blocks and cells, what its kernels are specialised for, the particles.
+
+use bytemuck::Zeroable;
+use physvideo_gpu::Constants;
+use physvideo_gpu::kernels::{self, Deformation, Particle};
+
+use super::{Method, P2g, PINNED};
+use crate::stages::cells;
+use crate::world::World;
+
+/// What there is room for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Room {
+    /// Blocks that hold particles, and their upper neighbours.
+    pub slots: u32,
+    /// Cells that hold particles.
+    pub cells: u32,
+}
+
+impl Room {
+    /// Room for what is touched at the start and as many more, neighbours included; never more than there can be.
+    pub fn new(grid: &kernels::Grid, (blocks, cells): (u64, u64), particles: u64) -> Self {
+        let slots = (8 * blocks + 64).min(dense(grid));
+        Self { slots: slots as u32, cells: (2 * cells + 64).min(particles.max(1)) as u32 }
+    }
+
+    /// With twice the room where it did not suffice.
+    pub fn doubled(self, grid: &kernels::Grid, particles: u32, slots: bool, cells: bool) -> Self {
+        let twice = |n: u32, yes: bool, most: u64| (u64::from(n) << u32::from(yes)).min(most) as u32;
+        Self { slots: twice(self.slots, slots, dense(grid)), cells: twice(self.cells, cells, u64::from(particles)) }
+    }
+
+    /// Vectors between particles and nodes.
+    pub fn given(self, p2g: P2g) -> u64 {
+        match p2g {
+            P2g::Cell => 27 * u64::from(self.cells),
+            P2g::Fixed | P2g::Float => 216 * u64::from(self.slots),
+        }
+    }
+}
+
+fn dense(grid: &kernels::Grid) -> u64 {
+    grid.blocks.iter().map(|b| u64::from(*b)).product()
+}
+
+/// The room a world starts with.
+pub(super) fn room(world: &World, grid: &kernels::Grid) -> Room {
+    let positions = || world.bodies.iter().flat_map(|b| b.positions.iter().copied());
+    Room::new(grid, cells::touched(grid, positions()), positions().count() as u64)
+}
+
+/// Share of the lightest particle's mass below which a node is one at the rim.
+const SPARSE: f32 = 1e-2;
+
+/// Overrides: the members of each family that this world uses, and the gradient.
+pub(super) fn constants(world: &World, method: Method) -> Constants {
+    let material = |kind| world.bodies.iter().any(|b| b.constants().material == kind);
+    let field = |kind| world.fields.iter().any(|f| f.kind == kind);
+    let shape = |kind| world.colliders.iter().any(|c| c.shape == kind);
+    let flag = |on: bool| if on { 1.0 } else { 0.0 };
+    let lightest = world.bodies.iter().map(|b| b.density * b.particle_volume).fold(f32::MAX, f32::min);
+    Constants::none()
+        .with("TRUE_GRADIENT", flag(method.true_gradient))
+        .with("SPARSE", f64::from(SPARSE * lightest))
+        .with("MATERIAL_COROTATED_USED", flag(material(1)))
+        .with("MATERIAL_NEO_HOOKEAN_USED", flag(material(2)))
+        .with("FIELD_UNIFORM_USED", flag(field(1)))
+        .with("FIELD_WIND_USED", flag(field(2)))
+        .with("FIELD_POINT_USED", flag(field(3)))
+        .with("SHAPE_PLANE_USED", flag(shape(1)))
+        .with("SHAPE_BALL_USED", flag(shape(2)))
+        .with("SHAPE_BOX_USED", flag(shape(3)))
+        .with("SHAPE_ROOM_USED", flag(shape(4)))
+}
+
+pub(super) fn initial_state(world: &World) -> (Vec<Particle>, Vec<Deformation>) {
+    let mut particles = Vec::new();
+    let mut deformations = Vec::new();
+    for (tag, body) in world.bodies.iter().enumerate() {
+        for (i, x) in body.positions.iter().enumerate() {
+            let mut p = Particle::zeroed();
+            p.x = *x;
+            p.v = body.velocities.get(i).copied().unwrap_or_default();
+            p.m = body.density * body.particle_volume;
+            p.tag = tag as u32 | if body.pinned.get(i) == Some(&true) { PINNED } else { 0 };
+            particles.push(p);
+            let mut d = Deformation::zeroed();
+            (d.f0[0], d.f1[1], d.f2[2]) = (1.0, 1.0, 1.0);
+            d.f0[3] = body.particle_volume;
+            deformations.push(d);
+        }
+    }
+    (particles, deformations)
+}
