@@ -6,7 +6,7 @@ use physvideo_tests::proof::{Ask, find};
 use physvideo_tests::{device, folder};
 
 /// Kernel whose proof must fail, file, what stands there, what is put in its place.
-const MUTANTS: [(&str, &str, &str, &str); 19] = [
+const MUTANTS: [(&str, &str, &str, &str); 21] = [
     ("cells/clear", "cells/clear", "group.x >= grid.capacity", "group.x >= grid.capacity + 1u"),
     ("cells/locate", "lib/grid", "vec3f(0.5)", "vec3f(0.45)"),
     ("cells/locate", "cells/locate", "!finite(particles.d[p].v) || ", ""),
@@ -27,9 +27,11 @@ const MUTANTS: [(&str, &str, &str, &str); 19] = [
     ("mpm/p2g", "field/point", "2.0 * f.p0", "1.99 * f.p0"),
     ("mpm/grid", "lib/collider", "rotate(hit.xyz, axis, rate", "rotate(hit.xyz, axis, -rate"),
     ("mpm/grid", "shape/box", "q.x >= q.y && q.x >= q.z", "q.x >= q.y"),
-    ("mpm/grid", "mpm/grid", "if (!finite(v)) {", "if (false) {"),
+    ("mpm/grid", "lib/node", "if (!finite(v)) {", "if (false) {"),
+    ("mpm/grid_rows", "mpm/grid_rows", "n1 += texel(shares, at + 45u)", "n1 += texel(shares, at + 36u)"),
+    ("cells/link", "cells/link", "lane < 8u", "lane < 9u"),
     ("mpm/g2p", "material/corotated", "2.0 * b.mu", "1.999 * b.mu"),
-    ("mpm/g2p", "mpm/g2p", "gz[2] * s2", "gz[1] * s2"),
+    ("mpm/g2p", "mpm/g2p", "z.g.z * c.v", "z.g.y * c.v"),
     ("mpm/measure", "mpm/measure", "0.5 * dot(momentum, p.v)", "0.49 * dot(momentum, p.v)"),
 ];
 

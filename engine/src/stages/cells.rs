@@ -1,7 +1,7 @@
 //! The active blocks of the grid and the particles' order in them, rebuilt every substep by a counting sort.
 //! Shared by every solver that needs to know who is near.
 
-use physvideo_gpu::kernels::{self, Cell, Clock, Grid, Live, Particle, cells};
+use physvideo_gpu::kernels::{self, Clock, Grid, Live, Particle, Row, cells};
 use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Recording};
 
 /// Buffers of the sort.
@@ -25,9 +25,9 @@ pub struct Cells {
     pub order: Buf<u32>,
     /// First place in the order and number of particles of each slot.
     pub spans: Buf<[u32; 2]>,
-    /// The cells that hold particles.
-    pub occupied: Buf<Cell>,
-    /// Place of each cell in `occupied` + 1, 0 where it is empty.
+    /// The rows of four cells that hold particles.
+    pub rows: Buf<Row>,
+    /// Place of each row in `rows` + 1, 0 where it is empty.
     pub marks: Buf<u32>,
     /// Slots below and above each slot, eight each.
     pub links: Buf<u32>,
@@ -41,8 +41,8 @@ pub struct Cells {
 pub const BLOCK_GROUPS: u64 = std::mem::offset_of!(Live, blocks) as u64;
 /// Byte offset of the workgroup count over node blocks in `Live`.
 pub const NODE_GROUPS: u64 = std::mem::offset_of!(Live, nodes) as u64;
-/// Byte offset of the workgroup count over occupied cells in `Live`.
-pub const CELL_GROUPS: u64 = std::mem::offset_of!(Live, cell_groups) as u64;
+/// Byte offset of the workgroup count over occupied rows in `Live`.
+pub const ROW_GROUPS: u64 = std::mem::offset_of!(Live, row_groups) as u64;
 /// Byte offset of the workgroup count over particles in `Clock`.
 pub const PARTICLE_GROUPS: u64 = std::mem::offset_of!(Clock, particle_groups) as u64;
 
@@ -61,17 +61,18 @@ pub fn grid(domain: ([f32; 3], [f32; 3]), dx: f32) -> Grid {
 
 impl Cells {
     /// Bytes that [`Cells::new`] allocates for `particles`.
-    pub fn bytes(grid: &Grid, particles: u64, capacity: u32, cells: u32) -> u64 {
+    pub fn bytes(grid: &Grid, particles: u64, capacity: u32, rows: u32) -> u64 {
         let dense = grid.blocks.iter().map(|b| u64::from(*b)).product::<u64>();
-        4 * (dense + (3 * 64 + 19) * u64::from(capacity) + 3 * particles) + size_of::<Cell>() as u64 * u64::from(cells)
+        4 * (dense + (2 * 64 + 16 + 19) * u64::from(capacity) + 3 * particles)
+            + size_of::<Row>() as u64 * u64::from(rows)
     }
 
-    /// Buffers for `particles` with room for `capacity` blocks and `cells` occupied cells.
+    /// Buffers for `particles` with room for `capacity` blocks and `rows` occupied rows.
     ///
     /// # Errors
     /// The device's refusal of a buffer.
-    pub fn new(gpu: &Gpu, mut grid: Grid, particles: u64, capacity: u32, cells: u32) -> Result<Self, GpuError> {
-        (grid.capacity, grid.cells) = (capacity, cells);
+    pub fn new(gpu: &Gpu, mut grid: Grid, particles: u64, capacity: u32, rows: u32) -> Result<Self, GpuError> {
+        (grid.capacity, grid.rows) = (capacity, rows);
         let dense = grid.blocks.iter().map(|b| u64::from(*b)).product::<u64>();
         let slots = u64::from(capacity);
         Ok(Self {
@@ -84,8 +85,8 @@ impl Cells {
             ranks: gpu.alloc("run", "cells/ranks", particles)?,
             order: gpu.alloc("run", "cells/order", particles)?,
             spans: gpu.alloc("run", "cells/spans", slots)?,
-            occupied: gpu.alloc("run", "cells/occupied", u64::from(cells))?,
-            marks: gpu.alloc("run", "cells/marks", 64 * slots)?,
+            rows: gpu.alloc("run", "cells/rows", u64::from(rows))?,
+            marks: gpu.alloc("run", "cells/marks", 16 * slots)?,
             links: gpu.alloc("run", "cells/links", 16 * slots)?,
             live: gpu.alloc("run", "cells/live", 1)?,
             capacity,
@@ -97,9 +98,9 @@ impl Cells {
         Groups::Indirect(self.live.erase(), BLOCK_GROUPS)
     }
 
-    /// Workgroups over the cells that hold particles.
-    pub fn cell_groups(&self) -> Groups {
-        Groups::Indirect(self.live.erase(), CELL_GROUPS)
+    /// Workgroups over the rows that hold particles.
+    pub fn row_groups(&self) -> Groups {
+        Groups::Indirect(self.live.erase(), ROW_GROUPS)
     }
 
     /// Workgroups over the blocks that hold nodes.
@@ -117,7 +118,7 @@ impl Cells {
     pub fn record_sort(&self, rec: &mut Recording, constants: &Constants, particles: Buf<Particle>, clock: Buf<Clock>) {
         let groups = Groups::Indirect(clock.erase(), PARTICLE_GROUPS);
         let Self { grid: immediates, table, list, counts, starts, keys, ranks, order, live, .. } = *self;
-        let Self { spans, occupied, marks, links, .. } = *self;
+        let Self { spans, rows, marks, links, .. } = *self;
         rec.call(
             &cells::Locate { particles, keys, table, list, live, immediates, clock, was: particles, claimed: table },
             constants,
@@ -125,7 +126,7 @@ impl Cells {
         );
         rec.call(&cells::Count { keys, table, counts, ranks, clock, immediates }, constants, groups);
         rec.call(
-            &cells::Range { counts, starts, table, list, live, spans, occupied, marks, immediates },
+            &cells::Range { counts, starts, table, list, live, spans, rows, marks, immediates },
             constants,
             self.block_groups(),
         );
@@ -134,15 +135,15 @@ impl Cells {
     }
 }
 
-/// Number of blocks and of cells of a grid that a set of points touches, on the host.
+/// Number of blocks and of rows of four cells of a grid that a set of points touches, on the host.
 pub fn touched(grid: &Grid, positions: impl Iterator<Item = [f32; 3]>) -> (u64, u64) {
-    let (mut blocks, mut cells) = (std::collections::HashSet::new(), std::collections::HashSet::new());
+    let (mut blocks, mut rows) = (std::collections::HashSet::new(), std::collections::HashSet::new());
     for x in positions {
         let cell: [i32; 3] = std::array::from_fn(|a| ((x[a] - grid.origin[a]) / grid.dx - 0.5).floor() as i32);
         blocks.insert(cell.map(|c| c.div_euclid(4)));
-        cells.insert(cell);
+        rows.insert([cell[0].div_euclid(4), cell[1], cell[2]]);
     }
-    (blocks.len() as u64, cells.len() as u64)
+    (blocks.len() as u64, rows.len() as u64)
 }
 
 pub use kernels::Live as Counters;

@@ -10,7 +10,7 @@ struct Grid {
     dx: f32,            // [m]
     blocks: vec3u,      // size in blocks
     capacity: u32,      // slots there is room for
-    cells: u32,         // occupied cells there is room for
+    rows: u32,          // occupied rows there is room for
 }
 
 // Counters that are at the same time the sizes of indirect dispatches.
@@ -23,11 +23,11 @@ struct Live {
     nodes_y: u32,
     nodes_z: u32,
     overflow: atomic<u32>,  // slots that did not fit
-    cell_groups: atomic<u32>,   // workgroups of 64 over the occupied cells
-    cell_groups_y: u32,
-    cell_groups_z: u32,
-    cells: atomic<u32>,     // occupied cells
-    crowded: atomic<u32>,   // occupied cells that did not fit
+    row_groups: atomic<u32>,    // workgroups of ROW_LANES over the occupied rows
+    row_groups_y: u32,
+    row_groups_z: u32,
+    rows: atomic<u32>,      // occupied rows
+    crowded: atomic<u32>,   // occupied rows that did not fit
 }
 
 // The same, read only.
@@ -40,20 +40,23 @@ struct Counts {
     nodes_y: u32,
     nodes_z: u32,
     overflow: u32,
-    cell_groups: u32,
-    cell_groups_y: u32,
-    cell_groups_z: u32,
-    cells: u32,
+    row_groups: u32,
+    row_groups_y: u32,
+    row_groups_z: u32,
+    rows: u32,
     crowded: u32,
 }
 
-// A cell that holds particles: slot · 64 + its place in the block, and its stretch of the particle order.
-struct Cell {
+// Four cells along x that hold particles: slot · 16 + place in the block, their stretch of the particle order, block.
+struct Row {
     id: u32,
     first: u32,
     count: u32,
-    unused: u32,
+    block: u32,
 }
+
+// Vectors that a row gives to the 6 × 3 × 3 nodes it reaches: x slowest, then z, then y.
+const ROW_SHARES: u32 = 54u;
 
 fn block_index(g: Grid, b: vec3u) -> u32 {
     return (b.z * g.blocks.y + b.y) * g.blocks.x + b.x;
@@ -73,3 +76,6 @@ fn inside(g: Grid, base: vec3f) -> bool {
     let last = vec3f(g.blocks * 4u) - vec3f(3.0);
     return all(base >= vec3f(0.0)) && all(base <= last);
 }
+
+// Rows of a workgroup: few, so that a small body's rows still keep every core busy.
+const ROW_LANES: u32 = 8u;

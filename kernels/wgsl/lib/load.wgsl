@@ -17,7 +17,12 @@ fn load_body(t: texture_1d<u32>, i: u32) -> Body {
     return Body(b.x, b.y, bitcast<f32>(b.z), bitcast<f32>(b.w));
 }
 
-fn load_cell(t: texture_1d<u32>, i: u32) -> Cell {
-    let c = textureLoad(t, i, 0);
-    return Cell(c.x, c.y, c.z, c.w);
+fn load_row(t: texture_1d<u32>, i: u32) -> Row {
+    let r = textureLoad(t, i, 0);
+    return Row(r.x, r.y, r.z, r.w);
+}
+
+// First node of the first cell of a row.
+fn row_base(row: Row) -> vec3f {
+    return vec3f(block_coord(grid, row.block) * 4u + vec3u(0u, row.id & 3u, (row.id >> 2u) & 3u));
 }

@@ -13,11 +13,11 @@ struct Scatter {
     sx: vec3f, sy: vec3f, sz: vec3f,    // columns of -dt V0 τ / dx [kg m/s]
 }
 
-fn scatter(p: Particle, acceleration: vec3f, origin: vec3f, dx: f32, dt: f32) -> Scatter {
+// base: first node of the particle's cell; sorting decides which that is where rounding could.
+fn scatter(p: Particle, acceleration: vec3f, base: vec3f, origin: vec3f, dx: f32, dt: f32) -> Scatter {
     var s: Scatter;
     let inv = 1.0 / dx;
-    let at = (p.x - origin) * inv;
-    let f = at - floor(at - vec3f(0.5));
+    let f = (p.x - origin) * inv - base;
     s.wx = bspline(f.x);
     s.wy = bspline(f.y);
     s.wz = bspline(f.z);

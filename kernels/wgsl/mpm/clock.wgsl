@@ -9,10 +9,10 @@ fn main() {
     atomicStore(&live.blocks, 0u);
     atomicStore(&live.nodes, 0u);
     atomicStore(&live.cursor, 0u);
-    atomicStore(&live.cells, 0u);
-    atomicStore(&live.cell_groups, 0u);
-    live.cell_groups_y = 1u;
-    live.cell_groups_z = 1u;
+    atomicStore(&live.rows, 0u);
+    atomicStore(&live.row_groups, 0u);
+    live.row_groups_y = 1u;
+    live.row_groups_z = 1u;
     live.blocks_y = 1u;
     live.blocks_z = 1u;
     live.nodes_y = 1u;

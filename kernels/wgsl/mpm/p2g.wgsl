@@ -1,11 +1,13 @@
 //! use lib/scatter lib/load
-// Particles to grid, deterministic and without atomics: one lane owns an occupied cell, sums its particles, in the
-// order of their numbers, into 27 private nodes and writes these; `mpm/grid_cells` gathers them. For CPU devices.
+// Particles to grid, deterministic and without atomics: one lane walks an occupied row of four cells. It sums the
+// particles of a cell, in the order of their numbers, into 27 private nodes and writes the nine it leaves behind as it
+// goes on to the next cell; `mpm/grid_rows` gathers them. For CPU devices.
 
 //! texels particles: Particle
 //! texels bodies: Body
 //! texels placed: u32
-//! texels occupied: Cell
+//! texels rows: Row
+//! texels counts: u32
 //! texels forces: Forces
 
 struct Words { d: array<u32> }
@@ -14,45 +16,52 @@ struct Shares { d: array<vec4f> }
 @group(0) @binding(1) var bodies: texture_1d<u32>;
 @group(0) @binding(2) var<storage, read_write> order: Words;
 @group(0) @binding(3) var placed: texture_1d<u32>;                // `order` as `cells/place` left it
-@group(0) @binding(4) var occupied: texture_1d<u32>;
-@group(0) @binding(5) var<storage, read_write> shares: Shares;    // 27 an occupied cell, x first, then y, then z
+@group(0) @binding(4) var rows: texture_1d<u32>;
+@group(0) @binding(5) var<storage, read_write> shares: Shares;    // ROW_SHARES an occupied row
 @group(0) @binding(6) var<storage, read> live: Counts;
 @group(0) @binding(7) var<storage, read> clock: Clock;
 @group(0) @binding(8) var forces: texture_1d<u32>;
+@group(0) @binding(9) var counts: texture_1d<u32>;
 var<immediate> grid: Grid;
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(ROW_LANES)
 fn main(@builtin(global_invocation_id) id: vec3u) {
     // Read once and first: a software driver makes one load of a uniform address only before any branch.
     let origin = grid.origin;
     let dx = grid.dx;
     let dt = clock.dt;
     let time = clock.frame_start + clock.t;
-    let cells = min(live.cells, grid.cells);
+    let filled = min(live.rows, grid.rows);
     let gravity = texel(forces, 0u).xyz;
     let field_count = textureLoad(forces, 1u, 0).x;
-    if (id.x >= cells) { return; }
-    let cell = load_cell(occupied, id.x);
-    let last = cell.first + cell.count;
-    // Sums depend on their order: the cell's few particles go by number. Mostly they came so already.
+    if (id.x >= filled) { return; }
+    let row = load_row(rows, id.x);
+    let last = row.first + row.count;
+    // Where the second, third and fourth cell of the row begin.
+    let held = textureLoad(counts, row.id, 0);
+    let begin = vec3u(row.first) + vec3u(held.x, held.x + held.y, held.x + held.y + held.z);
+    // Sums depend on their order: a cell's few particles go by number. Mostly they came so already.
     var sorted = true;
     var before = 0u;
-    for (var i = cell.first; i < last; i++) {
+    for (var i = row.first; i < last; i++) {
         let p = word(placed, i);
-        sorted = sorted && p >= before;
+        sorted = sorted && (p >= before || any(begin == vec3u(i)));
         before = p;
     }
     if (!sorted) {
-        for (var i = cell.first + 1u; i < last; i++) {
+        for (var i = row.first + 1u; i < last; i++) {
             let p = order.d[i];
+            let cell = begin <= vec3u(i);
+            let least = max(row.first, max(select(0u, begin.x, cell.x), max(select(0u, begin.y, cell.y), select(0u, begin.z, cell.z))));
             var j = i;
-            while (j > cell.first && order.d[j - 1u] > p) {
+            while (j > least && order.d[j - 1u] > p) {
                 order.d[j] = order.d[j - 1u];
                 j -= 1u;
             }
             order.d[j] = p;
         }
     }
+    // Nodes of the cell at hand; those it leaves behind are done.
     var n000 = vec4f(0.0);
     var n100 = vec4f(0.0);
     var n200 = vec4f(0.0);
@@ -83,7 +92,51 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     // The body changes rarely from particle to particle.
     var body = NOWHERE;
     var fields = 0u;
-    for (var i = cell.first; i < last; i++) {
+    let base = row_base(row);
+    var current = 0u;
+    var out = id.x * ROW_SHARES;
+    for (var i = row.first; i < last; i++) {
+        let cell = dot(select(vec3u(0u), vec3u(1u), begin <= vec3u(i)), vec3u(1u));
+        while (current < cell) {
+            shares.d[out + 0u] = n000;
+            shares.d[out + 1u] = n010;
+            shares.d[out + 2u] = n020;
+            shares.d[out + 3u] = n001;
+            shares.d[out + 4u] = n011;
+            shares.d[out + 5u] = n021;
+            shares.d[out + 6u] = n002;
+            shares.d[out + 7u] = n012;
+            shares.d[out + 8u] = n022;
+            n000 = n100;
+            n100 = n200;
+            n200 = vec4f(0.0);
+            n010 = n110;
+            n110 = n210;
+            n210 = vec4f(0.0);
+            n020 = n120;
+            n120 = n220;
+            n220 = vec4f(0.0);
+            n001 = n101;
+            n101 = n201;
+            n201 = vec4f(0.0);
+            n011 = n111;
+            n111 = n211;
+            n211 = vec4f(0.0);
+            n021 = n121;
+            n121 = n221;
+            n221 = vec4f(0.0);
+            n002 = n102;
+            n102 = n202;
+            n202 = vec4f(0.0);
+            n012 = n112;
+            n112 = n212;
+            n212 = vec4f(0.0);
+            n022 = n122;
+            n122 = n222;
+            n222 = vec4f(0.0);
+            current += 1u;
+            out += 9u;
+        }
         // What this lane wrote it must read where it wrote it.
         var index = 0u;
         if (sorted) { index = word(placed, i); } else { index = order.d[i]; }
@@ -93,7 +146,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             fields = load_body(bodies, body).fields;
         }
         let a = body_acceleration(p, fields, gravity, field_count, time);
-        let s = scatter(p, a, origin, dx, dt);
+        let s = scatter(p, a, base + vec3f(f32(cell), 0.0, 0.0), origin, dx, dt);
         let r00 = scatter_row(s, 0u, 0u);
         n000 += share(s, r00, 0u);
         n100 += share(s, r00, 1u);
@@ -131,31 +184,71 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         n122 += share(s, r22, 1u);
         n222 += share(s, r22, 2u);
     }
-    shares.d[27u * id.x + 0u] = n000;
-    shares.d[27u * id.x + 1u] = n100;
-    shares.d[27u * id.x + 2u] = n200;
-    shares.d[27u * id.x + 3u] = n010;
-    shares.d[27u * id.x + 4u] = n110;
-    shares.d[27u * id.x + 5u] = n210;
-    shares.d[27u * id.x + 6u] = n020;
-    shares.d[27u * id.x + 7u] = n120;
-    shares.d[27u * id.x + 8u] = n220;
-    shares.d[27u * id.x + 9u] = n001;
-    shares.d[27u * id.x + 10u] = n101;
-    shares.d[27u * id.x + 11u] = n201;
-    shares.d[27u * id.x + 12u] = n011;
-    shares.d[27u * id.x + 13u] = n111;
-    shares.d[27u * id.x + 14u] = n211;
-    shares.d[27u * id.x + 15u] = n021;
-    shares.d[27u * id.x + 16u] = n121;
-    shares.d[27u * id.x + 17u] = n221;
-    shares.d[27u * id.x + 18u] = n002;
-    shares.d[27u * id.x + 19u] = n102;
-    shares.d[27u * id.x + 20u] = n202;
-    shares.d[27u * id.x + 21u] = n012;
-    shares.d[27u * id.x + 22u] = n112;
-    shares.d[27u * id.x + 23u] = n212;
-    shares.d[27u * id.x + 24u] = n022;
-    shares.d[27u * id.x + 25u] = n122;
-    shares.d[27u * id.x + 26u] = n222;
+    while (current < 3u) {
+        shares.d[out + 0u] = n000;
+        shares.d[out + 1u] = n010;
+        shares.d[out + 2u] = n020;
+        shares.d[out + 3u] = n001;
+        shares.d[out + 4u] = n011;
+        shares.d[out + 5u] = n021;
+        shares.d[out + 6u] = n002;
+        shares.d[out + 7u] = n012;
+        shares.d[out + 8u] = n022;
+        n000 = n100;
+        n100 = n200;
+        n200 = vec4f(0.0);
+        n010 = n110;
+        n110 = n210;
+        n210 = vec4f(0.0);
+        n020 = n120;
+        n120 = n220;
+        n220 = vec4f(0.0);
+        n001 = n101;
+        n101 = n201;
+        n201 = vec4f(0.0);
+        n011 = n111;
+        n111 = n211;
+        n211 = vec4f(0.0);
+        n021 = n121;
+        n121 = n221;
+        n221 = vec4f(0.0);
+        n002 = n102;
+        n102 = n202;
+        n202 = vec4f(0.0);
+        n012 = n112;
+        n112 = n212;
+        n212 = vec4f(0.0);
+        n022 = n122;
+        n122 = n222;
+        n222 = vec4f(0.0);
+        current += 1u;
+        out += 9u;
+    }
+    shares.d[out + 0u] = n000;
+    shares.d[out + 1u] = n010;
+    shares.d[out + 2u] = n020;
+    shares.d[out + 3u] = n001;
+    shares.d[out + 4u] = n011;
+    shares.d[out + 5u] = n021;
+    shares.d[out + 6u] = n002;
+    shares.d[out + 7u] = n012;
+    shares.d[out + 8u] = n022;
+    shares.d[out + 9u] = n100;
+    shares.d[out + 10u] = n110;
+    shares.d[out + 11u] = n120;
+    shares.d[out + 12u] = n101;
+    shares.d[out + 13u] = n111;
+    shares.d[out + 14u] = n121;
+    shares.d[out + 15u] = n102;
+    shares.d[out + 16u] = n112;
+    shares.d[out + 17u] = n122;
+    shares.d[out + 18u] = n200;
+    shares.d[out + 19u] = n210;
+    shares.d[out + 20u] = n220;
+    shares.d[out + 21u] = n201;
+    shares.d[out + 22u] = n211;
+    shares.d[out + 23u] = n221;
+    shares.d[out + 24u] = n202;
+    shares.d[out + 25u] = n212;
+    shares.d[out + 26u] = n222;
 }

@@ -57,7 +57,8 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     for (var i = first + lane; i < last; i += 64u) {
         let p = load_particle(particles, word(order, i));
         let a = body_acceleration(p, load_body(bodies, p.tag & BODY_MASK).fields, gravity, field_count, time);
-        let s = scatter(p, a, origin, dx, dt);
+        let base = base_node(grid, p.x);
+        let s = scatter(p, a, base, origin, dx, dt);
         let reach = abs(s.q) + 2.0 * (abs(s.ax) + abs(s.ay) + abs(s.az)) + 1.5 * (abs(s.sx) + abs(s.sy) + abs(s.sz));
         top = max(top, max(reach.x, max(reach.y, reach.z)));
         heavy = max(heavy, p.m);
@@ -73,8 +74,9 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     for (var i = first + lane; i < last; i += 64u) {
         let p = load_particle(particles, word(order, i));
         let a = body_acceleration(p, load_body(bodies, p.tag & BODY_MASK).fields, gravity, field_count, time);
-        let s = scatter(p, a, origin, dx, dt);
-        let local = vec3u(base_node(grid, p.x)) & vec3u(3u);
+        let base = base_node(grid, p.x);
+        let s = scatter(p, a, base, origin, dx, dt);
+        let local = vec3u(base) & vec3u(3u);
         let at = local.z * 36u + local.y * 6u + local.x;
         for (var n = 0u; n < 27u; n++) {
             let o = vec3u(n % 3u, (n / 3u) % 3u, n / 9u);

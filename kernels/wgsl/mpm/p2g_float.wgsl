@@ -53,8 +53,9 @@ fn main(
         let here = i < last;
         let p = load_particle(particles, word(order, min(i, last - 1u)));
         let a = body_acceleration(p, load_body(bodies, p.tag & BODY_MASK).fields, gravity, field_count, time);
-        let s = scatter(p, a, origin, dx, dt);
-        let local = vec3u(base_node(grid, p.x)) & vec3u(3u);
+        let base = base_node(grid, p.x);
+        let s = scatter(p, a, base, origin, dx, dt);
+        let local = vec3u(base) & vec3u(3u);
         var cell = local.z * 36u + local.y * 6u + local.x;
         if (!here) { cell = TILE; }
         // How many lanes before this one hold particles of the same cell: particles come sorted by cell.

@@ -19,6 +19,9 @@ struct Arguments {
     /// Device: index or part of its name.
     #[arg(long, global = true)]
     device: Option<String>,
+    /// Read the kernels anew from this folder instead of those built in, to try a change without a build.
+    #[arg(long, global = true)]
+    wgsl: Option<std::path::PathBuf>,
     /// One JSON object a line instead of a table.
     #[arg(long, global = true)]
     json: bool,
@@ -68,7 +71,8 @@ fn main() {
 
 fn run(arguments: &Arguments) -> Result<(), String> {
     let gpu =
-        Gpu::new(Options { device: arguments.device.clone(), ..Default::default() }).map_err(|e| e.to_string())?;
+        Gpu::new(Options { device: arguments.device.clone(), wgsl: arguments.wgsl.clone(), ..Default::default() })
+            .map_err(|e| e.to_string())?;
     println!("# {} ({})", gpu.info.name, gpu.info.driver);
     match arguments.what {
         What::Kernels { items, repeats, ref only } => kernels(&gpu, arguments.json, items, repeats, only),

@@ -14,7 +14,7 @@ pub const BODIES: u32 = 3;
 
 /// The grid of the proofs; its capacity is set by who uses it.
 pub fn grid() -> Grid {
-    Grid { origin: [-0.31, 0.12, 0.05], dx: 0.04, blocks: [5, 4, 3], capacity: 60, cells: 3840, ..Default::default() }
+    Grid { origin: [-0.31, 0.12, 0.05], dx: 0.04, blocks: [5, 4, 3], capacity: 60, rows: 960, ..Default::default() }
 }
 
 /// Particles with all they carry.

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use physvideo_gpu::kernels::{Cell, Counts, Grid, Particle};
+use physvideo_gpu::kernels::{Counts, Grid, Particle, Row};
 
 use super::cloud::QUARANTINED;
 use crate::random::Random;
@@ -80,7 +80,7 @@ pub fn reached(grid: &Grid, block: u32) -> Vec<u32> {
 /// A valid outcome of locate, count, range and place; within a cell the particles are in a random order.
 #[derive(Clone, Debug)]
 pub struct Lattice {
-    /// With a capacity of just the slots and cells needed.
+    /// With a capacity of just the slots and rows needed.
     pub grid: Grid,
     /// Slots that hold particles; they come first.
     pub blocks: usize,
@@ -100,9 +100,9 @@ pub struct Lattice {
     pub order: Vec<u32>,
     /// First place and number of particles of each slot.
     pub spans: Vec<[u32; 2]>,
-    /// The cells that hold particles, in a random order.
-    pub occupied: Vec<Cell>,
-    /// Place of each cell in `occupied` + 1, 0 where it is empty.
+    /// The rows of four cells that hold particles, in a random order.
+    pub rows: Vec<Row>,
+    /// Place of each row in `rows` + 1, 0 where it is empty.
     pub marks: Vec<u32>,
     /// Slots below and above each slot.
     pub links: Vec<u32>,
@@ -125,7 +125,7 @@ impl Lattice {
         random.shuffle(&mut upper);
         list.extend(upper);
         grid.capacity = list.len() as u32;
-        grid.cells = cells.len() as u32;
+        grid.rows = cells.keys().map(|key| key / 4).collect::<BTreeSet<_>>().len() as u32;
         let mut table = vec![0; grid.blocks.iter().product::<u32>() as usize];
         for (slot, block) in list.iter().enumerate() {
             table[*block as usize] = slot as u32 + 1;
@@ -140,16 +140,16 @@ impl Lattice {
             ranks: vec![0; keys.len()],
             order: vec![0; keys.len()],
             spans: vec![[0; 2]; list.len()],
-            occupied: Vec::new(),
-            marks: vec![0; list.len() * 64],
+            rows: Vec::new(),
+            marks: vec![0; list.len() * 16],
             links,
             list,
             keys,
         };
         made.fill(cells, &mut random);
-        random.shuffle(&mut made.occupied);
-        for (at, cell) in made.occupied.iter().enumerate() {
-            made.marks[cell.id as usize] = at as u32 + 1;
+        random.shuffle(&mut made.rows);
+        for (at, row) in made.rows.iter().enumerate() {
+            made.marks[row.id as usize] = at as u32 + 1;
         }
         made
     }
@@ -167,11 +167,15 @@ impl Lattice {
                     self.ranks[*p as usize] = rank as u32;
                     self.order[cursor + rank] = *p;
                 }
-                if !members.is_empty() {
-                    let id = (slot * 64 + cell) as u32;
-                    self.occupied.push(Cell { id, first: cursor as u32, count: members.len() as u32, unused: 0 });
-                }
                 cursor += members.len();
+            }
+            for row in 0..16 {
+                let cells = slot * 64 + row * 4..slot * 64 + row * 4 + 4;
+                let count = self.counts[cells.clone()].iter().sum();
+                if count > 0 {
+                    let (id, first) = ((slot * 16 + row) as u32, self.starts[cells.start]);
+                    self.rows.push(Row { id, first, count, block: self.list[slot] });
+                }
             }
             self.spans[slot][1] = cursor as u32 - self.spans[slot][0];
         }
@@ -182,7 +186,8 @@ impl Lattice {
         Counts {
             blocks: self.blocks as u32,
             nodes: self.list.len() as u32,
-            cells: self.occupied.len() as u32,
+            rows: self.rows.len() as u32,
+            cursor: self.spans.iter().map(|s| s[1]).sum(),
             ..Default::default()
         }
     }

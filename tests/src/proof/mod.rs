@@ -24,7 +24,7 @@ pub static CASES: &[&Case] = &[
     &mpm::clock::CASE,
     &mpm::g2p::CASE,
     &mpm::grid::CASE,
-    &mpm::grid_cells::CASE,
+    &mpm::grid_rows::CASE,
     &mpm::measure::CASE,
     &mpm::p2g::CASE,
     &mpm::p2g_fixed::CASE,

@@ -92,16 +92,16 @@ impl Mpm<'_> {
         }
     }
 
-    /// Doubles the number of blocks or of occupied cells there is room for.
-    fn make_room(&mut self, slots: bool, cells: bool) -> Result<(), GpuError> {
+    /// Doubles the number of blocks or of occupied rows there is room for.
+    fn make_room(&mut self, slots: bool, rows: bool) -> Result<(), GpuError> {
         let grid = self.cells.grid;
-        let now = Room { slots: grid.capacity, cells: grid.cells };
-        let room = now.doubled(&grid, self.particles_in_use(), slots, cells);
+        let now = Room { slots: grid.capacity, rows: grid.rows };
+        let room = now.doubled(&grid, self.particles_in_use(), slots, rows);
         self.batch = None;
         self.gpu.free_arena("grid");
         self.given = self.gpu.alloc("grid", "mpm/given", room.given(self.p2g))?;
         self.nodes = self.gpu.alloc("grid", "mpm/nodes", 64 * u64::from(room.slots))?;
-        self.cells = Cells::new(self.gpu, grid, u64::from(self.particles_in_use()), room.slots, room.cells)?;
+        self.cells = Cells::new(self.gpu, grid, u64::from(self.particles_in_use()), room.slots, room.rows)?;
         Ok(())
     }
 }

@@ -77,7 +77,7 @@ pub struct Mpm<'gpu> {
     colliders: Buf<Colliders>,
     saved: (Buf<Particle>, Buf<Deformation>),
     sums: Buf<Sums>,
-    /// What particles give to nodes: 27 shares an occupied cell, or a tile of 6³ nodes a slot.
+    /// What particles give to nodes: 54 shares an occupied row, or a tile of 6³ nodes a slot.
     given: Buf<[f32; 4]>,
     nodes: Buf<[f32; 4]>,
     cells: Cells,
@@ -156,7 +156,7 @@ impl<'gpu> Mpm<'gpu> {
             sums: gpu.alloc("run", "mpm/sums", count.div_ceil(64))?,
             given: gpu.alloc("grid", "mpm/given", room.given(p2g))?,
             nodes: gpu.alloc("grid", "mpm/nodes", 64 * u64::from(room.slots))?,
-            cells: Cells::new(gpu, grid, count, room.slots, room.cells)?,
+            cells: Cells::new(gpu, grid, count, room.slots, room.rows)?,
             constants: constants(world, method),
             method,
             p2g,
@@ -181,7 +181,7 @@ impl<'gpu> Mpm<'gpu> {
         let room = room(world, &grid);
         let each = (2 * (size_of::<Particle>() + size_of::<Deformation>()) + 1) as u64;
         let given = room.given(P2g::Cell).max(room.given(P2g::Fixed));
-        let sort = Cells::bytes(&grid, particles, room.slots, room.cells);
+        let sort = Cells::bytes(&grid, particles, room.slots, room.rows);
         each * particles + 16 * (given + 64 * u64::from(room.slots)) + sort
     }
 
@@ -207,10 +207,11 @@ impl<'gpu> Mpm<'gpu> {
     /// One substep: clear, clock, sort, P2G, grid, G2P.
     pub fn record_substep(&self, rec: &mut Recording) {
         let k = &self.constants;
-        let Cells { grid: immediates, list, order, spans, occupied, marks, links, live, .. } = self.cells;
+        let Cells { grid: immediates, table, keys, list, counts, order, spans, rows, marks, links, live, .. } =
+            self.cells;
         let Self { particles, deformations, bodies, forces, clock, colliders, given, nodes, .. } = *self;
-        let (blocks, slots, cells) = (self.cells.block_groups(), self.cells.node_groups(), self.cells.cell_groups());
-        let counts = live.cast();
+        let (blocks, slots, filled) = (self.cells.block_groups(), self.cells.node_groups(), self.cells.row_groups());
+        let read_live = live.cast();
         self.cells.record_clear(rec, k);
         rec.call(&mpm::Clock { clock, live }, k, Groups::Direct([1, 1, 1]));
         self.cells.record_sort(rec, k, particles, clock);
@@ -221,14 +222,15 @@ impl<'gpu> Mpm<'gpu> {
                     bodies,
                     order,
                     placed: order,
-                    occupied,
+                    rows,
+                    counts,
                     shares: given,
-                    live: counts,
+                    live: read_live,
                     clock,
                     forces,
                     immediates,
                 };
-                rec.call(&p2g, k, cells);
+                rec.call(&p2g, k, filled);
             }
             P2g::Fixed => {
                 let tiles = given;
@@ -248,11 +250,20 @@ impl<'gpu> Mpm<'gpu> {
             }
         }
         if self.p2g == P2g::Cell {
-            let grid =
-                mpm::GridCells { shares: given, marks, links, list, live: counts, nodes, clock, colliders, immediates };
+            let grid = mpm::GridRows {
+                shares: given,
+                marks,
+                links,
+                list,
+                live: read_live,
+                nodes,
+                clock,
+                colliders,
+                immediates,
+            };
             rec.call(&grid, k, slots);
         } else {
-            let grid = mpm::Grid { tiles: given, links, list, live: counts, nodes, clock, colliders, immediates };
+            let grid = mpm::Grid { tiles: given, links, list, live: read_live, nodes, clock, colliders, immediates };
             rec.call(&grid, k, slots);
         }
         let g2p = mpm::G2p {
@@ -262,14 +273,15 @@ impl<'gpu> Mpm<'gpu> {
             deformations,
             bodies,
             order,
-            occupied,
+            keys,
+            table,
             links,
             nodes,
-            live: counts,
+            live: read_live,
             clock,
             immediates,
         };
-        rec.call(&g2p, k, cells);
+        rec.call(&g2p, k, self.particle_groups());
     }
 
     fn prepare(&mut self) -> Result<(), GpuError> {

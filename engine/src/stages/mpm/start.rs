@@ -1,4 +1,4 @@
-//! What a solver starts with: room for blocks and cells, what its kernels are specialised for, the particles.
+//! What a solver starts with: room for blocks and rows, what its kernels are specialised for, the particles.
 
 use bytemuck::Zeroable;
 use physvideo_gpu::Constants;
@@ -13,27 +13,27 @@ use crate::world::World;
 pub(super) struct Room {
     /// Blocks that hold particles, and their upper neighbours.
     pub slots: u32,
-    /// Cells that hold particles.
-    pub cells: u32,
+    /// Rows of four cells that hold particles.
+    pub rows: u32,
 }
 
 impl Room {
     /// Room for what is touched at the start and as many more, neighbours included; never more than there can be.
-    pub fn new(grid: &kernels::Grid, (blocks, cells): (u64, u64), particles: u64) -> Self {
+    pub fn new(grid: &kernels::Grid, (blocks, rows): (u64, u64), particles: u64) -> Self {
         let slots = (8 * blocks + 64).min(dense(grid));
-        Self { slots: slots as u32, cells: (2 * cells + 64).min(particles.max(1)) as u32 }
+        Self { slots: slots as u32, rows: (2 * rows + 64).min(particles.max(1)) as u32 }
     }
 
     /// With twice the room where it did not suffice.
-    pub fn doubled(self, grid: &kernels::Grid, particles: u32, slots: bool, cells: bool) -> Self {
+    pub fn doubled(self, grid: &kernels::Grid, particles: u32, slots: bool, rows: bool) -> Self {
         let twice = |n: u32, yes: bool, most: u64| (u64::from(n) << u32::from(yes)).min(most) as u32;
-        Self { slots: twice(self.slots, slots, dense(grid)), cells: twice(self.cells, cells, u64::from(particles)) }
+        Self { slots: twice(self.slots, slots, dense(grid)), rows: twice(self.rows, rows, u64::from(particles)) }
     }
 
     /// Vectors between particles and nodes.
     pub fn given(self, p2g: P2g) -> u64 {
         match p2g {
-            P2g::Cell => 27 * u64::from(self.cells),
+            P2g::Cell => 54 * u64::from(self.rows),
             P2g::Fixed | P2g::Float => 216 * u64::from(self.slots),
         }
     }

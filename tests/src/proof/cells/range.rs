@@ -3,10 +3,11 @@
 
 use std::collections::BTreeSet;
 
-use physvideo_gpu::kernels::{Cell, Grid, Live};
+use physvideo_gpu::kernels::{Grid, Live, Row};
 
 use crate::proof::cloud::{Cloud, grid};
 use crate::proof::lattice::{Lattice, NOWHERE, reached};
+use crate::proof::mpm::grid_rows::ROW_LANES;
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 
 pub static CASE: Case = Case {
@@ -16,12 +17,12 @@ pub static CASE: Case = Case {
     tolerance: 0.0,
     reason: "integers",
     // Blocks take their stretches and neighbours their slots in the order they come.
-    unordered: &["starts", "table", "list", "spans", "occupied", "marks"],
+    unordered: &["starts", "table", "list", "spans", "rows", "marks"],
     bytes: 8.0,
     flops: 6.0,
 };
 
-/// Odd seeds have room for one neighbour only, and for half the cells.
+/// Odd seeds have room for one neighbour only, and for half the rows.
 fn inputs(ask: Ask) -> Call {
     let cloud = Cloud::new(ask).quarantined();
     let mut sorted = Lattice::new(grid(), &cloud.particles, ask.seed);
@@ -31,7 +32,7 @@ fn inputs(ask: Ask) -> Call {
     }
     if ask.seed % 2 == 1 {
         sorted.grid.capacity = sorted.grid.capacity.min(held as u32 + 1);
-        sorted.grid.cells = sorted.grid.cells.div_ceil(2);
+        sorted.grid.rows = sorted.grid.rows.div_ceil(2);
     }
     let room = sorted.grid.capacity as usize;
     sorted.list.resize(room, NOWHERE);
@@ -41,16 +42,16 @@ fn inputs(ask: Ask) -> Call {
         .with("counts", &sorted.counts)
         .with("starts", &vec![NOWHERE; room * 64])
         .with("spans", &vec![[NOWHERE; 2]; room])
-        .with("occupied", &vec![nobody(); sorted.grid.cells as usize])
-        .with("marks", &vec![NOWHERE; room * 64])
+        .with("rows", &vec![nobody(); sorted.grid.rows as usize])
+        .with("marks", &vec![NOWHERE; room * 16])
         .with("table", &sorted.table)
         .with("list", &sorted.list)
         .with("live", &[live])
         .grid(&sorted.grid)
 }
 
-fn nobody() -> Cell {
-    Cell { id: NOWHERE, ..Default::default() }
+fn nobody() -> Row {
+    Row { id: NOWHERE, ..Default::default() }
 }
 
 fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
@@ -60,12 +61,17 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let (counts, starts): (Vec<u32>, Vec<u32>) = (call.buffers.get("counts"), out.get("starts"));
     let spans: Vec<[u32; 2]> = out.get("spans");
     let total: u32 = counts[..held * 64].iter().sum();
+    let held_in = |row: usize| counts[row * 4..row * 4 + 4].iter().sum::<u32>();
     let mut within = true;
     let mut places = vec![0u32; total as usize];
     for cell in 0..held * 64 {
-        let [first, all] = spans[cell / 64];
-        let place = starts[cell].wrapping_sub(first);
-        within &= counts[cell] == 0 || (place < all && place + counts[cell] <= all);
+        // Cells of a row follow one another, and stay in the stretch of their block.
+        if held_in(cell / 4) > 0 {
+            let [first, all] = spans[cell / 64];
+            let place = starts[cell].wrapping_sub(first);
+            within &= place <= all && place + counts[cell] <= all;
+            within &= cell % 4 == 0 || starts[cell] == starts[cell - 1].wrapping_add(counts[cell - 1]);
+        }
         let end = if counts[cell] > 0 { starts[cell].saturating_add(counts[cell]) } else { starts[cell] };
         for place in starts[cell]..end {
             if let Some(taken) = places.get_mut(place as usize) {
@@ -73,20 +79,22 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             }
         }
     }
-    // The list and the marks name the same cells; those beyond its room are named nowhere.
-    let filled: Vec<usize> = (0..held * 64).filter(|c| counts[*c] > 0).collect();
-    let (occupied, marks): (Vec<Cell>, Vec<u32>) = (out.get("occupied"), out.get("marks"));
-    let listed_cells = filled.len().min(grid.cells as usize);
-    let mut named: Vec<u32> = occupied[..listed_cells].iter().map(|c| c.id).collect();
-    let agree = occupied[..listed_cells].iter().enumerate().all(|(at, c)| {
-        let id = c.id as usize;
-        id < held * 64 && marks[id] == at as u32 + 1 && (c.first, c.count) == (starts[id], counts[id])
+    // The list and the marks name the same rows; those beyond its room are named nowhere.
+    let filled = (0..held * 16).filter(|row| held_in(*row) > 0).count();
+    let (rows, marks): (Vec<Row>, Vec<u32>) = (out.get("rows"), out.get("marks"));
+    let listed_rows = filled.min(grid.rows as usize);
+    let mut named: Vec<u32> = rows[..listed_rows].iter().map(|r| r.id).collect();
+    let before: Vec<u32> = call.buffers.get("list");
+    let agree = rows[..listed_rows].iter().enumerate().all(|(at, r)| {
+        let id = r.id as usize;
+        id < held * 16
+            && marks[id] == at as u32 + 1
+            && (r.first, r.count, r.block) == (starts[id * 4], held_in(id), before[id / 16])
     });
     named.sort_unstable();
     named.dedup();
-    let marked = (0..held * 64).filter(|c| marks[*c] != 0).count();
-    let groups = (listed_cells as u32).div_ceil(64);
-    let before: Vec<u32> = call.buffers.get("list");
+    let marked = marks[..held * 16].iter().filter(|m| **m != 0).count();
+    let groups = (listed_rows.div_ceil(ROW_LANES)) as u32;
     let (list, table): (Vec<u32>, Vec<u32>) = (out.get("list"), out.get("table"));
     let all: BTreeSet<u32> = before[..held].iter().flat_map(|b| reached(&grid, *b)).collect();
     let room = all.len().min(grid.capacity as usize);
@@ -97,13 +105,9 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         None => 0,
     });
     vec![
-        Compared::fact("the cells of a block share its stretch", within),
-        Compared::fact("the list of cells and their marks agree", agree),
-        Compared::equal(
-            "cells listed once, and marked",
-            &[named.len() as u32, marked as u32],
-            &[listed_cells as u32; 2],
-        ),
+        Compared::fact("cells follow one another in the stretch of their block", within),
+        Compared::fact("the list of rows and their marks agree", agree),
+        Compared::equal("rows listed once, and marked", &[named.len() as u32, marked as u32], &[listed_rows as u32; 2]),
         Compared::equal("each place is in one cell", &places, &vec![1; total as usize]),
         Compared::fact("blocks with particles keep their slots", list[..held] == before[..held]),
         Compared::fact("upper neighbours once each", listed.len() == room && listed.is_subset(&all)),
@@ -114,9 +118,9 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             &[was.blocks, total, all.len() as u32, (all.len() - room) as u32],
         ),
         Compared::equal(
-            "live cells",
-            &[live.cells, live.cell_groups, live.crowded],
-            &[filled.len() as u32, groups, (filled.len() - listed_cells) as u32],
+            "live rows",
+            &[live.rows, live.row_groups, live.crowded],
+            &[filled as u32, groups, (filled - listed_rows) as u32],
         ),
     ]
 }

@@ -37,7 +37,7 @@ fn inputs(ask: Ask) -> Call {
         particles: ask.items as u32,
         ..Default::default()
     };
-    let mut live = Live { blocks: 3, nodes: 9, cursor: 100, cells: 70, cell_groups: 2, ..Default::default() };
+    let mut live = Live { blocks: 3, nodes: 9, cursor: 100, rows: 70, row_groups: 2, ..Default::default() };
     match ask.seed % 6 {
         1 => clock.t = length - clock.dt,
         2 => live.overflow = 2,
@@ -67,8 +67,8 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         blocks_z: 1,
         nodes_y: 1,
         nodes_z: 1,
-        cell_groups_y: 1,
-        cell_groups_z: 1,
+        row_groups_y: 1,
+        row_groups_z: 1,
         overflow: live_was.overflow,
         crowded: live_was.crowded,
         ..Default::default()

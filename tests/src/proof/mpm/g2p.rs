@@ -54,7 +54,7 @@ fn inputs(ask: Ask) -> Call {
         .collect();
     let clock =
         Clock { dt: 4e-3, speed_bits: 0.5f32.to_bits(), clamped_strain: 3, quarantined: 2, ..Default::default() };
-    Call::new(sorted.occupied.len().div_ceil(64) + 1)
+    Call::new(ask.items.div_ceil(64) + 1)
         .constant("TRUE_GRADIENT", f64::from(u8::from(ask.seed.is_multiple_of(2))))
         .with("particles", &cloud.particles)
         .with("deformations", &cloud.deformations)
@@ -62,7 +62,7 @@ fn inputs(ask: Ask) -> Call {
         .with("order", &sorted.order)
         .same("was", "particles")
         .same("deformed", "deformations")
-        .with("occupied", &sorted.occupied)
+        .with("keys", &sorted.keys)
         .with("links", &sorted.links)
         .with("table", &sorted.table)
         .with("live", &[sorted.counters()])

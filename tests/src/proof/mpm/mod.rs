@@ -5,7 +5,7 @@ pub mod elastic;
 pub mod force;
 pub mod g2p;
 pub mod grid;
-pub mod grid_cells;
+pub mod grid_rows;
 pub mod measure;
 pub mod obstacle;
 pub mod p2g;

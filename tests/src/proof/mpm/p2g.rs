@@ -1,8 +1,9 @@
 //! Proof of `mpm/p2g`: m_i = Σ w m, (mv)_i = Σ w m (v + dt a + C (x_i − x_p)) − dt V0 τ ∇w (Jiang 2015; Stomakhin 2013), or with
 //! 4/dx² w (x_i − x_p) for ∇w (Hu 2018, eq. 16).
 
-use physvideo_gpu::kernels::{Body, Cell, Clock, Forces, Grid, Particle};
+use physvideo_gpu::kernels::{Body, Clock, Forces, Grid, Particle, Row};
 
+use super::grid_rows::{ROW_LANES, SHARES};
 use super::{Vec3, affine, bodies, force, spline, stress, vec3};
 use crate::proof::cloud::{Cloud, PINNED, grid};
 use crate::proof::lattice::{Lattice, TILE, base};
@@ -25,15 +26,17 @@ fn inputs(ask: Ask) -> Call {
     let mut cloud = Cloud::new(ask).quarantined();
     keep_clear(&mut cloud.particles);
     let sorted = Lattice::new(grid(), &cloud.particles, ask.seed);
-    let cells = sorted.occupied.len();
-    Call::new(cells.div_ceil(64) + 1)
+    let rows = sorted.rows.len();
+    Call::new(rows.div_ceil(ROW_LANES) + 1)
         .constant("TRUE_GRADIENT", f64::from(u8::from(ask.seed.is_multiple_of(2))))
         .with("particles", &cloud.particles)
         .with("bodies", &bodies())
         .with("order", &sorted.order)
         .same("placed", "order")
-        .with("occupied", &sorted.occupied)
-        .with("shares", &vec![[f32::NAN; 4]; cells * 27])
+        .with("rows", &sorted.rows)
+        .with("counts", &sorted.counts)
+        .with("starts", &sorted.starts)
+        .with("shares", &vec![[f32::NAN; 4]; rows * SHARES])
         .with("live", &[sorted.counters()])
         .grid(&sorted.grid)
         .with("clock", &[clock()])
@@ -64,25 +67,26 @@ fn keep_clear(particles: &mut [Particle]) {
 
 fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let mut order: Vec<u32> = call.buffers.get("order");
-    for cell in call.buffers.get::<Cell>("occupied") {
-        order[cell.first as usize..(cell.first + cell.count) as usize].sort_unstable();
+    let (starts, counts): (Vec<u32>, Vec<u32>) = (call.buffers.get("starts"), call.buffers.get("counts"));
+    for (first, count) in starts.iter().zip(&counts) {
+        order[*first as usize..(first + count) as usize].sort_unstable();
     }
     let got: Vec<[f32; 4]> = out.get("shares");
-    let mut compared = compare_sums(call, &got, |at, _, o| at * 27 + o[2] * 9 + o[1] * 3 + o[0]);
+    let mut compared = compare_sums(call, &got, |row, cell, o| row * SHARES + (cell % 4 + o[0]) * 9 + o[2] * 3 + o[1]);
     compared.push(Compared::equal("cells are put in order", &out.get::<u32>("order"), &order));
     compared
 }
 
 /// The tiles of every block; the same for each way to sum them.
 pub(super) fn compare_tiles(call: &Call, out: &Buffers) -> Vec<Compared> {
-    compare_sums(call, &out.get::<[f32; 4]>("tiles"), |_, id, o| {
-        let local = [id % 4, id / 4 % 4, id / 16 % 4];
-        id / 64 * TILE + (local[2] + o[2]) * 36 + (local[1] + o[1]) * 6 + local[0] + o[0]
+    compare_sums(call, &out.get::<[f32; 4]>("tiles"), |_, cell, o| {
+        let local = [cell % 4, cell / 4 % 4, cell / 16 % 4];
+        cell / 64 * TILE + (local[2] + o[2]) * 36 + (local[1] + o[1]) * 6 + local[0] + o[0]
     })
 }
 
-/// Sums `got` against the twin's; `place` says where the share of a cell (its place in the list, its id) at the node
-/// `offset` from it goes.
+/// Sums `got` against the twin's; `place` says where the share of a cell (its row's place in the list, its number) at the
+/// node `offset` from it goes.
 fn compare_sums(call: &Call, got: &[[f32; 4]], place: fn(usize, usize, [usize; 3]) -> usize) -> Vec<Compared> {
     let input = &call.buffers;
     let particles: Vec<Particle> = input.get("particles");
@@ -93,8 +97,8 @@ fn compare_sums(call: &Call, got: &[[f32; 4]], place: fn(usize, usize, [usize; 3
     let order: Vec<u32> = input.get("order");
     let mut want = vec![(Vec3::zeros(), 0.0); got.len()];
     let mut scale = vec![(0.0, 0.0); got.len()];
-    for (at, cell) in input.get::<Cell>("occupied").into_iter().enumerate() {
-        for p in order[cell.first as usize..(cell.first + cell.count) as usize].iter().map(|p| *p as usize) {
+    for (row, at) in input.get::<Row>("rows").into_iter().enumerate() {
+        for p in order[at.first as usize..(at.first + at.count) as usize].iter().map(|p| *p as usize) {
             let p = &particles[p];
             let base = base(&grid, p.x).expect("only sound particles are ordered");
             let free = if p.tag & PINNED == 0 { 1.0 } else { 0.0 };
@@ -110,7 +114,7 @@ fn compare_sums(call: &Call, got: &[[f32; 4]], place: fn(usize, usize, [usize; 3
                     continue; // a weight that rounding made more than nothing
                 }
                 let gradient = if true_gradient { r.gradient } else { r.offset * (4.0 / (dx * dx) * r.weight) };
-                let to = place(at, cell.id as usize, offset.map(|o| o as usize));
+                let to = place(row, at.id as usize * 4 + base[0] as usize % 4, offset.map(|o| o as usize));
                 want[to].0 += free * (r.weight * m * (v + dt * a + c * r.offset) - dt * tau * gradient);
                 want[to].1 += r.weight * mass;
                 scale[to].0 += carried;
