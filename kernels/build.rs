@@ -21,7 +21,7 @@ fn main() {
             .iter()
             .map(|name| expand::expand(&root, name).and_then(|source| reflect::reflect(name, &source)))
             .collect::<Result<Vec<_>, _>>()?;
-        emit::emit(&kernels)
+        emit::emit(&kernels, &families(&root)?)
     });
     let written = generated.and_then(|text| std::fs::write(&out, text).map_err(|e| format!("{}: {e}", out.display())));
     if let Err(message) = written {
@@ -29,6 +29,21 @@ fn main() {
         eprintln!("{message}");
         std::process::exit(1);
     }
+}
+
+/// The families: folders whose first file is a member of one.
+fn families(root: &Path) -> Result<Vec<(String, Vec<(String, u32)>)>, String> {
+    let mut found = Vec::new();
+    for folder in expand::sorted(root)?.into_iter().filter(|p| p.is_dir()) {
+        let first = expand::sorted(&folder)?.into_iter().next();
+        let text = first.and_then(|file| std::fs::read_to_string(file).ok()).unwrap_or_default();
+        if text.starts_with("//! member ") {
+            let family = folder.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let members = expand::members(root, &family)?.into_iter().map(|m| (m.name, m.kind)).collect();
+            found.push((family, members));
+        }
+    }
+    Ok(found)
 }
 
 /// Every WGSL file that declares an entry point is a kernel; its name is its path without the ending.

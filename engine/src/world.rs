@@ -3,7 +3,7 @@
 
 use physvideo_gpu::kernels;
 
-use crate::scene::{Collider, Field, FieldRegion, Force, Material, Shape};
+use crate::scene::{Collider, Field, FieldRegion, Material};
 
 /// Everything a run simulates.
 #[derive(Clone, Debug)]
@@ -62,10 +62,7 @@ pub fn lame(young: f32, poisson: f32) -> (f32, f32) {
 impl Body {
     /// Kind, μ and λ of its material for the kernels.
     pub fn constants(&self) -> kernels::Body {
-        let (material, young, poisson) = match self.material {
-            Material::Elastic { young, poisson } => (1, young, poisson),
-            Material::NeoHookean { young, poisson } => (2, young, poisson),
-        };
+        let (material, young, poisson) = self.material.constants();
         let (mu, lambda) = lame(young, poisson);
         kernels::Body { material, fields: self.fields | if self.prestress { CARRIED } else { 0 }, mu, lambda }
     }
@@ -77,30 +74,15 @@ impl Body {
     }
 }
 
-fn vec4(v: [f32; 3]) -> [f32; 4] {
+/// A vector as kernels hold it.
+pub fn vec4(v: [f32; 3]) -> [f32; 4] {
     [v[0], v[1], v[2], 0.0]
 }
 
 /// A field of the scene as the kernels see it.
 pub fn field(field: &Field) -> kernels::Field {
     let mut out = kernels::Field { start: field.start, end: field.end, ramp: field.ramp, ..Default::default() };
-    match field.force {
-        Force::Uniform { acceleration } => {
-            out.kind = 1;
-            out.a = vec4(acceleration);
-        }
-        Force::Wind { velocity, drag, gust, frequency } => {
-            out.kind = 2;
-            out.a = vec4(velocity);
-            (out.p0, out.p1, out.p2) = (drag, gust, frequency);
-        }
-        Force::Point { center, radius, acceleration } => {
-            out.kind = 3;
-            out.a = vec4(acceleration);
-            out.b = vec4(center);
-            out.p0 = radius;
-        }
-    }
+    field.force.write(&mut out);
     match field.region {
         None => {}
         Some(FieldRegion::Box { min, max }) => {
@@ -115,15 +97,7 @@ pub fn field(field: &Field) -> kernels::Field {
 
 /// An obstacle of the scene as the kernels see it.
 pub fn collider(c: &Collider) -> kernels::Collider {
-    let (shape, center, size) = match c.shape {
-        Shape::Plane { point, normal } => {
-            let n = glam::Vec3::from(normal).normalize_or(glam::Vec3::Z);
-            (1, point, n.to_array())
-        }
-        Shape::Ball { center, radius } => (2, center, [radius, 0.0, 0.0]),
-        Shape::Box { center, half } => (3, center, half),
-        Shape::Room { center, half } => (4, center, half),
-    };
+    let (shape, center, size) = c.shape.constants();
     kernels::Collider {
         shape,
         sticky: u32::from(c.sticky),
@@ -141,7 +115,7 @@ pub fn collider(c: &Collider) -> kernels::Collider {
 /// The ground plane as an obstacle.
 pub fn ground(height: f32, friction: f32) -> kernels::Collider {
     kernels::Collider {
-        shape: 1,
+        shape: kernels::family::shape::PLANE,
         friction,
         end: 1e9,
         center: [0.0, 0.0, height, 0.0],

@@ -6,7 +6,8 @@ use std::fmt::Write;
 use super::layout::Struct;
 use super::reflect::Kernel;
 
-pub fn emit(kernels: &[Kernel]) -> Result<String, String> {
+/// `families`: name, and name and number of each member.
+pub fn emit(kernels: &[Kernel], families: &[(String, Vec<(String, u32)>)]) -> Result<String, String> {
     let mut out = String::from("// Written by build.rs from kernels/wgsl. Do not edit.\n");
     let mut structs: BTreeMap<&str, &Struct> = BTreeMap::new();
     for kernel in kernels {
@@ -36,7 +37,18 @@ pub fn emit(kernels: &[Kernel]) -> Result<String, String> {
         let (folder, _) = kernel.name.split_once('/').unwrap_or(("", ""));
         let _ = writeln!(out, "    <{folder}::{} as Kernel>::INFO,", type_name(&kernel.name));
     }
-    out.push_str("];\n");
+    out.push_str("];\n/// Numbers of the members of each family.\npub mod family {\n");
+    let mut flags = String::new();
+    for (family, members) in families {
+        let _ = writeln!(out, "    /// Family `{family}`.\n    pub mod {family} {{");
+        for (name, kind) in members {
+            let _ = writeln!(out, "        /// `{family}/{name}`.\n        pub const {}: u32 = {kind};", name.to_uppercase());
+            let flag = super::expand::flag(family, name);
+            let _ = writeln!(flags, "    Member {{ family: {family:?}, kind: {kind}, flag: {flag:?} }},");
+        }
+        out.push_str("    }\n");
+    }
+    let _ = writeln!(out, "}}\n/// Every member of every family.\npub static MEMBERS: &[Member] = &[\n{flags}];");
     Ok(out)
 }
 

@@ -50,33 +50,58 @@ fn imports(line: &str) -> Vec<String> {
     line.strip_prefix("//! family ").map(|family| vec![format!("family:{}", family.trim())]).unwrap_or_default()
 }
 
+/// A member of a family, from the first line of its file.
+pub struct Member {
+    pub name: String,
+    pub kind: u32,
+    pub signature: String,
+    file: String,
+}
+
+/// Name of the override that says whether a scene uses a member.
+pub fn flag(family: &str, member: &str) -> String {
+    format!("{family}_{member}_used").to_uppercase()
+}
+
+/// The members of a family, by name.
+pub fn members(root: &Path, family: &str) -> Result<Vec<Member>, String> {
+    let mut found: Vec<Member> = Vec::new();
+    for path in sorted(&root.join(family))? {
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(&path).map_err(|e| format!("{file}: {e}"))?;
+        let head = text.lines().next().and_then(|l| l.strip_prefix("//! member ")?.split_once(" of fn "));
+        let (kind, signature) = head
+            .and_then(|(kind, sig)| Some((kind.parse::<u32>().ok()?, sig.to_string())))
+            .ok_or_else(|| {
+                format!("{file}:1: a member of a family starts with `//! member K of fn (args) -> T = value`")
+            })?;
+        if let Some(other) = found.iter().find(|m| m.kind == kind) {
+            return Err(format!("{file}:1: member {kind} of `{family}` is {} already", other.file));
+        }
+        let name = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        found.push(Member { name, kind, signature, file });
+    }
+    Ok(found)
+}
+
 /// The switch over a family's members: each `FAMILY/NAME.wgsl` exports `fn FAMILY_NAME(…)`; its first line is
 /// `//! member K of fn (args) -> T = else-value`. Each member has an override `FAMILY_NAME_USED`, so a scene
 /// pays only for the members it uses.
 fn family_switch(root: &Path, family: &str) -> Result<String, String> {
     let mut overrides = String::new();
     let mut cases = String::new();
-    let mut signature = None;
     let mut uses = String::new();
-    for file in sorted(&root.join(family))? {
-        let member = file.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
-        let text = std::fs::read_to_string(&file).map_err(|e| format!("{}: {e}", file.display()))?;
-        let head = text.lines().next().unwrap_or_default();
-        let (kind, sig) =
-            head.strip_prefix("//! member ").and_then(|rest| rest.split_once(" of fn ")).ok_or_else(|| {
-                format!(
-                    "{}:1: a member of a family starts with `//! member K of fn (args) -> T = value`",
-                    file.display()
-                )
-            })?;
-        if *signature.get_or_insert_with(|| sig.to_string()) != sig {
-            return Err(format!("{}:1: its signature differs from the other members of `{family}`", file.display()));
+    let members = members(root, family)?;
+    let signature = members.first().map(|m| m.signature.clone());
+    for Member { name, kind, signature: sig, file } in &members {
+        if signature.as_ref() != Some(sig) {
+            return Err(format!("{file}:1: its signature differs from the other members of `{family}`"));
         }
         let arguments = argument_names(sig).join(", ");
-        let upper = format!("{family}_{member}_used").to_uppercase();
-        uses += &format!("//! use {family}/{member}\n");
-        overrides += &format!("override {upper}: bool = true;\n");
-        cases += &format!("    if ({upper} && kind == {kind}u) {{ return {family}_{member}({arguments}); }}\n");
+        let flag = flag(family, name);
+        uses += &format!("//! use {family}/{name}\n");
+        overrides += &format!("override {flag}: bool = true;\n");
+        cases += &format!("    if ({flag} && kind == {kind}u) {{ return {family}_{name}({arguments}); }}\n");
     }
     let sig = signature.ok_or_else(|| format!("family `{family}` has no members"))?;
     let (head, fallback) = sig.split_once(" = ").ok_or_else(|| format!("family `{family}`: no value after ` = `"))?;

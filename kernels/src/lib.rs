@@ -72,6 +72,17 @@ pub enum Feature {
     Float16,
 }
 
+/// A member of a family of functions (`material`, `field`, `shape`), of which a scene compiles those it uses.
+#[derive(Clone, Copy, Debug)]
+pub struct Member {
+    /// The family.
+    pub family: &'static str,
+    /// Its number, by which data choose it.
+    pub kind: u32,
+    /// The override that compiles it in.
+    pub flag: &'static str,
+}
+
 /// What the build read from a kernel's WGSL file.
 #[derive(Debug)]
 pub struct KernelInfo {

@@ -79,7 +79,7 @@ fn a_kernel_is_read_as_it_is() {
     let mut overrides: Vec<_> = kernel.overrides.iter().map(|o| (o.0.as_str(), o.1)).collect();
     overrides.sort_unstable();
     assert_eq!(overrides, [("KIND_ONE_USED", "bool"), ("KIND_TWO_USED", "bool"), ("STEEP", "bool")]);
-    let text = emit::emit(&[kernel]).unwrap();
+    let text = emit::emit(&[kernel], &[]).unwrap();
     for line in [
         "pub struct Row {",
         "pub x: [f32; 3],",
@@ -186,7 +186,7 @@ fn one_struct_name_has_one_layout() {
         ("a/l", &format!("{other}struct Row {{ x: f32, y: f32 }}\n")),
     ]);
     let kernels = ["a/k", "a/l"].map(|name| build(root.path(), name).unwrap());
-    assert!(emit::emit(&kernels).unwrap_err().contains("a/l.wgsl: struct `Row` has another layout"));
+    assert!(emit::emit(&kernels, &[]).unwrap_err().contains("a/l.wgsl: struct `Row` has another layout"));
 }
 
 /// A second reader of the SPIR-V that ships: rspirv-reflect. (spirv-reflect 0.2.3, which the design first named, cannot

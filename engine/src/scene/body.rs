@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use physvideo_gpu::kernels::family::material;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -174,6 +175,16 @@ pub enum Material {
         #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 0.5))]
         poisson: f32,
     },
+}
+
+impl Material {
+    /// Number among the kernels' materials, Young's modulus [Pa], Poisson's ratio.
+    pub fn constants(&self) -> (u32, f32, f32) {
+        match *self {
+            Material::Elastic { young, poisson } => (material::COROTATED, young, poisson),
+            Material::NeoHookean { young, poisson } => (material::NEO_HOOKEAN, young, poisson),
+        }
+    }
 }
 
 fn default_young() -> f32 {

@@ -1,9 +1,13 @@
-//! What acts on bodies from outside: colliders and force fields, as plain data. Knows nothing of solvers.
+//! What acts on bodies from outside: colliders and force fields, as plain data, and what the kernels get of them. Knows
+//! nothing of solvers.
 
+use physvideo_gpu::kernels;
+use physvideo_gpu::kernels::family::{field, shape};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::model::default_friction;
+use crate::world::vec4;
 
 /// An obstacle with prescribed motion.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -71,6 +75,20 @@ pub enum Shape {
     },
 }
 
+impl Shape {
+    /// Number among the kernels' shapes, centre [m], and size: half extents, radius or normal.
+    pub fn constants(&self) -> (u32, [f32; 3], [f32; 3]) {
+        match *self {
+            Shape::Plane { point, normal } => {
+                (shape::PLANE, point, glam::Vec3::from(normal).normalize_or(glam::Vec3::Z).to_array())
+            }
+            Shape::Ball { center, radius } => (shape::BALL, center, [radius, 0.0, 0.0]),
+            Shape::Box { center, half } => (shape::BOX, center, half),
+            Shape::Room { center, half } => (shape::ROOM, center, half),
+        }
+    }
+}
+
 /// A force field, as an acceleration of the material inside its region.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -130,6 +148,25 @@ pub enum Force {
         /// Acceleration [m/s²].
         acceleration: [f32; 3],
     },
+}
+
+impl Force {
+    /// Writes its number among the kernels' fields and its parameters.
+    pub fn write(&self, out: &mut kernels::Field) {
+        match *self {
+            Force::Wind { velocity, drag, gust, frequency } => {
+                (out.kind, out.a) = (field::WIND, vec4(velocity));
+                (out.p0, out.p1, out.p2) = (drag, gust, frequency);
+            }
+            Force::Point { center, radius, acceleration } => {
+                (out.kind, out.a, out.b) = (field::POINT, vec4(acceleration), vec4(center));
+                out.p0 = radius;
+            }
+            Force::Uniform { acceleration } => {
+                (out.kind, out.a) = (field::UNIFORM, vec4(acceleration));
+            }
+        }
+    }
 }
 
 /// Region of a field.

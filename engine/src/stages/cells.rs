@@ -29,7 +29,9 @@ pub struct Cells {
     pub rows: Buf<Row>,
     /// Place of each row in `rows` + 1, 0 where it is empty.
     pub marks: Buf<u32>,
-    /// Slots below and above each slot, eight each.
+    /// Which of the sixteen rows of each slot hold particles, a bit each.
+    pub fills: Buf<u32>,
+    /// Slots below and above each slot, eight each, and the fills of those below.
     pub links: Buf<u32>,
     /// Counters, at the same time sizes of indirect dispatches.
     pub live: Buf<Live>,
@@ -63,7 +65,7 @@ impl Cells {
     /// Bytes that [`Cells::new`] allocates for `particles`.
     pub fn bytes(grid: &Grid, particles: u64, capacity: u32, rows: u32) -> u64 {
         let dense = grid.blocks.iter().map(|b| u64::from(*b)).product::<u64>();
-        4 * (dense + (2 * 64 + 16 + 19) * u64::from(capacity) + 3 * particles)
+        4 * (dense + (2 * 64 + 16 + 28) * u64::from(capacity) + 3 * particles)
             + size_of::<Row>() as u64 * u64::from(rows)
     }
 
@@ -87,7 +89,8 @@ impl Cells {
             spans: gpu.alloc("run", "cells/spans", slots)?,
             rows: gpu.alloc("run", "cells/rows", u64::from(rows))?,
             marks: gpu.alloc("run", "cells/marks", 16 * slots)?,
-            links: gpu.alloc("run", "cells/links", 16 * slots)?,
+            links: gpu.alloc("run", "cells/links", 24 * slots)?,
+            fills: gpu.alloc("run", "cells/fills", slots)?,
             live: gpu.alloc("run", "cells/live", 1)?,
             capacity,
         })
@@ -118,7 +121,7 @@ impl Cells {
     pub fn record_sort(&self, rec: &mut Recording, constants: &Constants, particles: Buf<Particle>, clock: Buf<Clock>) {
         let groups = Groups::Indirect(clock.erase(), PARTICLE_GROUPS);
         let Self { grid: immediates, table, list, counts, starts, keys, ranks, order, live, .. } = *self;
-        let Self { spans, rows, marks, links, .. } = *self;
+        let Self { spans, rows, marks, links, fills, .. } = *self;
         rec.call(
             &cells::Locate { particles, keys, table, list, live, immediates, clock, was: particles, claimed: table },
             constants,
@@ -126,11 +129,15 @@ impl Cells {
         );
         rec.call(&cells::Count { keys, table, counts, ranks, clock, immediates }, constants, groups);
         rec.call(
-            &cells::Range { counts, starts, table, list, live, spans, rows, marks, immediates },
+            &cells::Range { counts, starts, table, list, live, spans, rows, marks, fills, immediates },
             constants,
             self.block_groups(),
         );
-        rec.call(&cells::Link { table, list, links, immediates }, constants, self.node_groups());
+        rec.call(
+            &cells::Link { table, list, links, fills, live: live.cast(), immediates },
+            constants,
+            self.node_groups(),
+        );
         rec.call(&cells::Place { keys, table, starts, ranks, order, clock, immediates }, constants, groups);
     }
 }

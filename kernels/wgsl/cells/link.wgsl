@@ -1,11 +1,14 @@
 //! use lib/grid
 // The slots of the blocks around each slot: eight below (itself and its lower neighbours, x first, then y, then z),
-// which reach its nodes, and eight above, whose nodes its particles reach. One workgroup a slot.
+// which reach its nodes, eight above, whose nodes its particles reach, and which rows of those below hold particles.
+// One workgroup a slot.
 
 struct Words { d: array<u32> }
 @group(0) @binding(0) var<storage, read> table: Words;
 @group(0) @binding(1) var<storage, read> list: Words;
-@group(0) @binding(2) var<storage, read_write> links: Words;     // 16 a slot; NOWHERE where there is no block
+@group(0) @binding(2) var<storage, read_write> links: Words;     // 24 a slot; NOWHERE where there is no block
+@group(0) @binding(3) var<storage, read> fills: Words;
+@group(0) @binding(4) var<storage, read> live: Counts;
 var<immediate> grid: Grid;
 
 @compute @workgroup_size(16)
@@ -20,5 +23,10 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         let entry = table.d[block_index(grid, at)] - 1u;
         if (entry < grid.capacity) { found = entry; }
     }
-    links.d[slot * 16u + lane] = found;
+    links.d[slot * 24u + lane] = found;
+    if (lane < 8u) {
+        var fill = 0u;
+        if (found < min(live.blocks, grid.capacity)) { fill = fills.d[found]; }
+        links.d[slot * 24u + 16u + lane] = fill;
+    }
 }

@@ -1,7 +1,7 @@
 //! use lib/grid
 // Gives each block a stretch of the particle order, each row of four cells a part of that and each cell a part of its
-// row's; lists the rows that hold particles, and claims the block's seven upper neighbours, whose nodes its particles
-// may reach. Rows share their block's stretch in any order; nothing that follows depends on it. One workgroup a block.
+// row's; lists the rows that hold particles, and claims those of the block's seven upper neighbours whose nodes its
+// particles reach. Rows share their block's stretch in any order; nothing that follows depends on it. One workgroup a block.
 //! texels counts: u32
 
 struct Words { d: array<u32> }
@@ -16,10 +16,13 @@ struct Spans { d: array<vec2u> }
 @group(0) @binding(5) var<storage, read_write> spans: Spans;      // of each slot: first place, number of particles
 @group(0) @binding(6) var<storage, read_write> rows: Rows;
 @group(0) @binding(7) var<storage, read_write> marks: Words;      // of each row: its place in `rows` + 1, or 0
+@group(0) @binding(8) var<storage, read_write> fills: Words;      // of each slot: bit i, row i holds particles
 var<immediate> grid: Grid;
 
 var<workgroup> particles: atomic<u32>;
 var<workgroup> filled: atomic<u32>;
+var<workgroup> fill: atomic<u32>;
+var<workgroup> reached: atomic<u32>;    // bit i: neighbour i (x first, then y, then z)
 var<workgroup> first_place: u32;
 var<workgroup> first_row: u32;
 
@@ -37,6 +40,12 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     if (count > 0u) {
         place = atomicAdd(&particles, count);
         row = atomicAdd(&filled, 1u);
+        atomicOr(&fill, 1u << lane);
+        var to = 1u;
+        if (cells.z + cells.w > 0u) { to |= to << 1u; }
+        if ((lane & 2u) != 0u) { to |= to << 2u; }
+        if ((lane & 8u) != 0u) { to |= to << 4u; }
+        atomicOr(&reached, to);
     }
     workgroupBarrier();
     if (lane == 0u) {
@@ -44,6 +53,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         let made = atomicLoad(&filled);
         first_place = atomicAdd(&live.cursor, all);
         first_row = atomicAdd(&live.rows, made);
+        fills.d[slot] = atomicLoad(&fill);
         spans.d[slot] = vec2u(first_place, all);
         let end = first_row + made;
         if (end > grid.rows) { atomicAdd(&live.crowded, min(end - grid.rows, made)); }
@@ -64,7 +74,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         }
     }
     marks.d[id] = mark;
-    if (lane >= 1u && lane < 8u) {
+    if (lane >= 1u && lane < 8u && ((atomicLoad(&reached) >> lane) & 1u) != 0u) {
         let at = block_coord(grid, block) + vec3u(lane & 1u, (lane >> 1u) & 1u, lane >> 2u);
         if (all(at < grid.blocks)) {
             let upper = block_index(grid, at);

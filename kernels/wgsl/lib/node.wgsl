@@ -12,23 +12,24 @@ fn obstacle_near(i: u32, low: vec3f, time: f32) -> u32 {
     return select(0u, 1u << i, gap(load_collider(i), middle, time) <= 2.6 * grid.dx);
 }
 
-// Velocity of a node at x with momentum and mass `sum`, after contact with the obstacles of `near`.
-fn node_velocity(sum: vec4f, x: vec3f, near: u32, time: f32, dt: f32) -> vec3f {
-    var v = sum.xyz / sum.w;
+// Velocity of a node from its momentum and mass.
+fn node_velocity(sum: vec4f) -> vec3f {
+    let v = sum.xyz / select(1.0, sum.w, sum.w > 0.0);
     // One bad particle must not poison all it touches.
     if (!finite(v)) {
-        v = vec3f(0.0);
-        atomicAdd(&clock.clamped_velocity, 1u);
-    }
-    for (var left = near; left != 0u; left &= left - 1u) {
-        v = collide(load_collider(firstTrailingBit(left)), x, v, time);
-    }
-    // Nothing may cross more than a cell in a step; a sparsely filled node can be thrown faster than that.
-    let fastest = 0.9 * grid.dx / dt;
-    let speed = length(v);
-    if (!(speed <= fastest)) {
-        v *= fastest / speed;
-        if (sum.w > SPARSE) { atomicAdd(&clock.clamped_velocity, 1u); }
+        if (sum.w > 0.0) { atomicAdd(&clock.clamped_velocity, 1u); }
+        return vec3f(0.0);
     }
     return v;
+}
+
+// What is kept of a node: its velocity after all it met, not more than what the step allows, and its mass.
+fn node(velocity: vec3f, mass: f32, dt: f32) -> vec4f {
+    if (!(mass > 0.0)) { return vec4f(0.0); }
+    // Nothing may cross more than a cell in a step; a sparsely filled node can be thrown faster than that.
+    let fastest = 0.9 * grid.dx / dt;
+    let speed = length(velocity);
+    if (speed <= fastest) { return vec4f(velocity, mass); }
+    if (mass > SPARSE) { atomicAdd(&clock.clamped_velocity, 1u); }
+    return vec4f(velocity * (fastest / speed), mass);
 }

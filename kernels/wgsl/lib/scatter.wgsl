@@ -4,62 +4,64 @@
 
 override TRUE_GRADIENT: bool = true;
 
+// The share of node (i, j, k) is w_i w_j w_k (q + i ax + j ay + k az) + g_i w_j w_k sx + w_i g_j w_k sy + w_i w_j g_k sz,
+// with q the momentum at the first node, a_ the momentum gained per cell along an axis and s_ the columns of
+// -dt V0 τ / dx. It falls into factors of single axes: w_i (w_k y_j + w_j z_k) + w_j w_k x_i.
 struct Scatter {
     wx: vec3f, wy: vec3f, wz: vec3f,    // weights
-    gx: vec3f, gy: vec3f, gz: vec3f,    // slopes per cell
-    q: vec3f,                           // momentum at the base node [kg m/s]
-    m: f32,
-    ax: vec3f, ay: vec3f, az: vec3f,    // momentum per cell along each axis
-    sx: vec3f, sy: vec3f, sz: vec3f,    // columns of -dt V0 τ / dx [kg m/s]
+    m: f32,                             // [kg]
+    x: mat3x3f,                         // columns: w_i i ax + g_i sx [kg m/s]
+    y: mat3x3f,                         // columns: w_j (q + j ay) + g_j sy
+    z: mat3x3f,                         // columns: w_k k az + g_k sz
 }
 
 // base: first node of the particle's cell; sorting decides which that is where rounding could.
 fn scatter(p: Particle, acceleration: vec3f, base: vec3f, origin: vec3f, dx: f32, dt: f32) -> Scatter {
-    var s: Scatter;
     let inv = 1.0 / dx;
     let f = (p.x - origin) * inv - base;
-    s.wx = bspline(f.x);
-    s.wy = bspline(f.y);
-    s.wz = bspline(f.z);
     let pinned = (p.tag & PINNED) != 0u;
-    s.m = p.m * select(1.0, PIN_MASS, pinned);
     let free = select(1.0, 0.0, pinned);
     let m = p.m * free;
     let rate = -dt * inv * free;
-    s.sx = rate * vec3f(p.c0.w, p.s.x, p.s.y);
-    s.sy = rate * vec3f(p.s.x, p.c1.w, p.s.z);
-    s.sz = rate * vec3f(p.s.y, p.s.z, p.c2.w);
-    s.ax = (m * dx) * vec3f(p.c0.x, p.c1.x, p.c2.x);
-    s.ay = (m * dx) * vec3f(p.c0.y, p.c1.y, p.c2.y);
-    s.az = (m * dx) * vec3f(p.c0.z, p.c1.z, p.c2.z);
+    let sx = rate * vec3f(p.c0.w, p.s.x, p.s.y);
+    let sy = rate * vec3f(p.s.x, p.c1.w, p.s.z);
+    let sz = rate * vec3f(p.s.y, p.s.z, p.c2.w);
+    var ax = (m * dx) * vec3f(p.c0.x, p.c1.x, p.c2.x);
+    var ay = (m * dx) * vec3f(p.c0.y, p.c1.y, p.c2.y);
+    var az = (m * dx) * vec3f(p.c0.z, p.c1.z, p.c2.z);
+    var gx = vec3f(0.0);
+    var gy = vec3f(0.0);
+    var gz = vec3f(0.0);
     if (TRUE_GRADIENT) {
-        s.gx = bspline_slope(f.x);
-        s.gy = bspline_slope(f.y);
-        s.gz = bspline_slope(f.z);
+        gx = bspline_slope(f.x);
+        gy = bspline_slope(f.y);
+        gz = bspline_slope(f.z);
     } else {
-        s.ax += 4.0 * s.sx;
-        s.ay += 4.0 * s.sy;
-        s.az += 4.0 * s.sz;
+        ax += 4.0 * sx;
+        ay += 4.0 * sy;
+        az += 4.0 * sz;
     }
-    s.q = m * (p.v + dt * acceleration) - (f.x * s.ax + f.y * s.ay + f.z * s.az);
-    return s;
+    let q = m * (p.v + dt * acceleration) - (f.x * ax + f.y * ay + f.z * az);
+    let wx = bspline(f.x);
+    let wy = bspline(f.y);
+    let wz = bspline(f.z);
+    return Scatter(wx, wy, wz, p.m * select(1.0, PIN_MASS, pinned),
+        mat3x3f(gx.x * sx, wx.y * ax + gx.y * sx, (2.0 * wx.z) * ax + gx.z * sx),
+        mat3x3f(wy.x * q + gy.x * sy, wy.y * (q + ay) + gy.y * sy, wy.z * (q + 2.0 * ay) + gy.z * sy),
+        mat3x3f(gz.x * sz, wz.y * az + gz.y * sz, (2.0 * wz.z) * az + gz.z * sz));
 }
 
-// What the three nodes of row (j, k) have in common, so that node i gets w_i (a + i b) + g_i c and mass w_i m.
-struct ScatterRow { a: vec3f, m: f32, b: vec3f, c: vec3f }
+// What the three nodes of row (j, k) have in common.
+struct ScatterRow { a: vec3f, w: f32, m: f32 }
 
 fn scatter_row(s: Scatter, j: u32, k: u32) -> ScatterRow {
     let w = s.wy[j] * s.wz[k];
-    var a = w * (s.q + f32(j) * s.ay + f32(k) * s.az);
-    if (TRUE_GRADIENT) { a += (s.gy[j] * s.wz[k]) * s.sy + (s.wy[j] * s.gz[k]) * s.sz; }
-    return ScatterRow(a, w * s.m, w * s.ax, w * s.sx);
+    return ScatterRow(s.wz[k] * s.y[j] + s.wy[j] * s.z[k], w, w * s.m);
 }
 
-// Share of node i of a row: momentum in xyz, mass in w. The indices are constants where it is called.
+// Share of node i of a row: momentum in xyz, mass in w.
 fn share(s: Scatter, r: ScatterRow, i: u32) -> vec4f {
-    var momentum = s.wx[i] * (r.a + f32(i) * r.b);
-    if (TRUE_GRADIENT) { momentum += s.gx[i] * r.c; }
-    return vec4f(momentum, s.wx[i] * r.m);
+    return vec4f(s.wx[i] * r.a + r.w * s.x[i], s.wx[i] * r.m);
 }
 
 // Every kernel that uses this binds `forces` as texels.

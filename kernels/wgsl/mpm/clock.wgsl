@@ -18,7 +18,9 @@ fn main() {
     live.nodes_y = 1u;
     live.nodes_z = 1u;
     clock.t += clock.dt;
-    if (atomicLoad(&live.overflow) + atomicLoad(&live.crowded) > 0u) {    // the host makes room and repeats the frame
+    let full = atomicLoad(&live.overflow) + atomicLoad(&live.crowded) > 0u;
+    let fault = clock.watch != 0u && atomicLoad(&clock.clamped_velocity) + atomicLoad(&clock.quarantined) > 0u;
+    if (full || fault) {    // the host makes room or takes smaller steps, and repeats the frame
         clock.dt = 0.0;
         clock.particle_groups = vec3u(0u, 1u, 1u);
         return;

@@ -113,7 +113,7 @@ fn move_particle(index: u32, x: vec3f, tag: u32, dt: f32) {
     let key = word(keys, index);
     let slot = word(table, key >> 6u) - 1u;
     let l = vec3u(key & 3u, (key >> 2u) & 3u, (key >> 4u) & 3u);
-    let at = Place(textureLoad(links, slot * 4u + 2u, 0), textureLoad(links, slot * 4u + 3u, 0), l);
+    let at = Place(textureLoad(links, slot * 6u + 2u, 0), textureLoad(links, slot * 6u + 3u, 0), l);
     // Sorting decided which cell it is in, where rounding could say another.
     let place = (x - grid.origin) * inv;
     let cell = floor(place - vec3f(0.5));

@@ -34,12 +34,15 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     var sum = vec4f(0.0);
     for (var i = 0u; i < 8u; i++) {
         let n = l + 4u * vec3u(i & 1u, (i >> 1u) & 1u, i >> 2u);
-        let from_slot = word(links, slot * 16u + i);
+        let from_slot = word(links, slot * 24u + i);
         if (from_slot < blocks && all(n < vec3u(6u))) {
             sum += texel(tiles, from_slot * TILE + n.z * 36u + n.y * 6u + n.x);
         }
     }
-    var v = vec3f(0.0);
-    if (sum.w > 0.0) { v = node_velocity(sum, low + vec3f(l) * grid.dx, atomicLoad(&near), time, dt); }
-    nodes.d[slot * 64u + lane] = vec4f(v, sum.w);
+    let x = low + vec3f(l) * grid.dx;
+    var v = node_velocity(sum);
+    for (var left = atomicLoad(&near); left != 0u; left &= left - 1u) {
+        v = collide(load_collider(firstTrailingBit(left)), x, v, time);
+    }
+    nodes.d[slot * 64u + lane] = node(v, sum.w, dt);
 }

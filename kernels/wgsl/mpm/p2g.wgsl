@@ -93,98 +93,58 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var body = NOWHERE;
     var fields = 0u;
     let base = row_base(row);
-    var current = 0u;
     var out = id.x * ROW_SHARES;
-    for (var i = row.first; i < last; i++) {
-        let cell = dot(select(vec3u(0u), vec3u(1u), begin <= vec3u(i)), vec3u(1u));
-        while (current < cell) {
-            shares.d[out + 0u] = n000;
-            shares.d[out + 1u] = n010;
-            shares.d[out + 2u] = n020;
-            shares.d[out + 3u] = n001;
-            shares.d[out + 4u] = n011;
-            shares.d[out + 5u] = n021;
-            shares.d[out + 6u] = n002;
-            shares.d[out + 7u] = n012;
-            shares.d[out + 8u] = n022;
-            n000 = n100;
-            n100 = n200;
-            n200 = vec4f(0.0);
-            n010 = n110;
-            n110 = n210;
-            n210 = vec4f(0.0);
-            n020 = n120;
-            n120 = n220;
-            n220 = vec4f(0.0);
-            n001 = n101;
-            n101 = n201;
-            n201 = vec4f(0.0);
-            n011 = n111;
-            n111 = n211;
-            n211 = vec4f(0.0);
-            n021 = n121;
-            n121 = n221;
-            n221 = vec4f(0.0);
-            n002 = n102;
-            n102 = n202;
-            n202 = vec4f(0.0);
-            n012 = n112;
-            n112 = n212;
-            n212 = vec4f(0.0);
-            n022 = n122;
-            n122 = n222;
-            n222 = vec4f(0.0);
-            current += 1u;
-            out += 9u;
+    var i = row.first;
+    for (var cell = 0u; cell < 4u; cell++) {
+        let next = select(last, begin[min(cell, 2u)], cell < 3u);
+        for (; i < next; i++) {
+            // What this lane wrote it must read where it wrote it.
+            var index = 0u;
+            if (sorted) { index = word(placed, i); } else { index = order.d[i]; }
+            let p = load_particle(particles, index);
+            if ((p.tag & BODY_MASK) != body) {
+                body = p.tag & BODY_MASK;
+                fields = load_body(bodies, body).fields;
+            }
+            let a = body_acceleration(p, fields, gravity, field_count, time);
+            let s = scatter(p, a, base + vec3f(f32(cell), 0.0, 0.0), origin, dx, dt);
+            let r00 = scatter_row(s, 0u, 0u);
+            n000 += share(s, r00, 0u);
+            n100 += share(s, r00, 1u);
+            n200 += share(s, r00, 2u);
+            let r10 = scatter_row(s, 1u, 0u);
+            n010 += share(s, r10, 0u);
+            n110 += share(s, r10, 1u);
+            n210 += share(s, r10, 2u);
+            let r20 = scatter_row(s, 2u, 0u);
+            n020 += share(s, r20, 0u);
+            n120 += share(s, r20, 1u);
+            n220 += share(s, r20, 2u);
+            let r01 = scatter_row(s, 0u, 1u);
+            n001 += share(s, r01, 0u);
+            n101 += share(s, r01, 1u);
+            n201 += share(s, r01, 2u);
+            let r11 = scatter_row(s, 1u, 1u);
+            n011 += share(s, r11, 0u);
+            n111 += share(s, r11, 1u);
+            n211 += share(s, r11, 2u);
+            let r21 = scatter_row(s, 2u, 1u);
+            n021 += share(s, r21, 0u);
+            n121 += share(s, r21, 1u);
+            n221 += share(s, r21, 2u);
+            let r02 = scatter_row(s, 0u, 2u);
+            n002 += share(s, r02, 0u);
+            n102 += share(s, r02, 1u);
+            n202 += share(s, r02, 2u);
+            let r12 = scatter_row(s, 1u, 2u);
+            n012 += share(s, r12, 0u);
+            n112 += share(s, r12, 1u);
+            n212 += share(s, r12, 2u);
+            let r22 = scatter_row(s, 2u, 2u);
+            n022 += share(s, r22, 0u);
+            n122 += share(s, r22, 1u);
+            n222 += share(s, r22, 2u);
         }
-        // What this lane wrote it must read where it wrote it.
-        var index = 0u;
-        if (sorted) { index = word(placed, i); } else { index = order.d[i]; }
-        let p = load_particle(particles, index);
-        if ((p.tag & BODY_MASK) != body) {
-            body = p.tag & BODY_MASK;
-            fields = load_body(bodies, body).fields;
-        }
-        let a = body_acceleration(p, fields, gravity, field_count, time);
-        let s = scatter(p, a, base + vec3f(f32(cell), 0.0, 0.0), origin, dx, dt);
-        let r00 = scatter_row(s, 0u, 0u);
-        n000 += share(s, r00, 0u);
-        n100 += share(s, r00, 1u);
-        n200 += share(s, r00, 2u);
-        let r10 = scatter_row(s, 1u, 0u);
-        n010 += share(s, r10, 0u);
-        n110 += share(s, r10, 1u);
-        n210 += share(s, r10, 2u);
-        let r20 = scatter_row(s, 2u, 0u);
-        n020 += share(s, r20, 0u);
-        n120 += share(s, r20, 1u);
-        n220 += share(s, r20, 2u);
-        let r01 = scatter_row(s, 0u, 1u);
-        n001 += share(s, r01, 0u);
-        n101 += share(s, r01, 1u);
-        n201 += share(s, r01, 2u);
-        let r11 = scatter_row(s, 1u, 1u);
-        n011 += share(s, r11, 0u);
-        n111 += share(s, r11, 1u);
-        n211 += share(s, r11, 2u);
-        let r21 = scatter_row(s, 2u, 1u);
-        n021 += share(s, r21, 0u);
-        n121 += share(s, r21, 1u);
-        n221 += share(s, r21, 2u);
-        let r02 = scatter_row(s, 0u, 2u);
-        n002 += share(s, r02, 0u);
-        n102 += share(s, r02, 1u);
-        n202 += share(s, r02, 2u);
-        let r12 = scatter_row(s, 1u, 2u);
-        n012 += share(s, r12, 0u);
-        n112 += share(s, r12, 1u);
-        n212 += share(s, r12, 2u);
-        let r22 = scatter_row(s, 2u, 2u);
-        n022 += share(s, r22, 0u);
-        n122 += share(s, r22, 1u);
-        n222 += share(s, r22, 2u);
-    }
-    while (current < 3u) {
         shares.d[out + 0u] = n000;
         shares.d[out + 1u] = n010;
         shares.d[out + 2u] = n020;
@@ -221,7 +181,6 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         n022 = n122;
         n122 = n222;
         n222 = vec4f(0.0);
-        current += 1u;
         out += 9u;
     }
     shares.d[out + 0u] = n000;
@@ -242,13 +201,4 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     shares.d[out + 15u] = n102;
     shares.d[out + 16u] = n112;
     shares.d[out + 17u] = n122;
-    shares.d[out + 18u] = n200;
-    shares.d[out + 19u] = n210;
-    shares.d[out + 20u] = n220;
-    shares.d[out + 21u] = n201;
-    shares.d[out + 22u] = n211;
-    shares.d[out + 23u] = n221;
-    shares.d[out + 24u] = n202;
-    shares.d[out + 25u] = n212;
-    shares.d[out + 26u] = n222;
 }

@@ -27,6 +27,11 @@ var<workgroup> pinned: array<atomic<i32>, TILE>;
 var<workgroup> scale_bits: atomic<u32>;
 var<workgroup> mass_bits: atomic<u32>;
 
+// Bound of a sum over one axis of a share; no weight is more than 1.
+fn greatest(m: mat3x3f) -> vec3f {
+    return max(abs(m[0]), max(abs(m[1]), abs(m[2])));
+}
+
 fn add(i: u32, x: vec4f) {
     // Rounded, not truncated: truncation would drain momentum.
     let n = vec4i(round(x));
@@ -59,7 +64,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         let a = body_acceleration(p, load_body(bodies, p.tag & BODY_MASK).fields, gravity, field_count, time);
         let base = base_node(grid, p.x);
         let s = scatter(p, a, base, origin, dx, dt);
-        let reach = abs(s.q) + 2.0 * (abs(s.ax) + abs(s.ay) + abs(s.az)) + 1.5 * (abs(s.sx) + abs(s.sy) + abs(s.sz));
+        let reach = greatest(s.x) + greatest(s.y) + greatest(s.z);
         top = max(top, max(reach.x, max(reach.y, reach.z)));
         heavy = max(heavy, p.m);
     }

@@ -49,8 +49,9 @@ pub fn coordinates(grid: &Grid, block: u32) -> [u32; 3] {
     [block % x, block / x % y, block / (x * y)]
 }
 
-/// Slots of the eight blocks at and below each slot's, then of the eight at and above it, [`NOWHERE`] for none.
-fn links(grid: &Grid, table: &[u32], list: &[u32]) -> Vec<u32> {
+/// Slots of the eight blocks at and below each slot's, then of the eight at and above it, [`NOWHERE`] for none; then
+/// the fills of those below.
+pub fn links(grid: &Grid, table: &[u32], list: &[u32], fills: &[u32]) -> Vec<u32> {
     let around = |block: u32| {
         let b = coordinates(grid, block).map(i64::from);
         [-1, 1].into_iter().flat_map(move |way| {
@@ -61,16 +62,25 @@ fn links(grid: &Grid, table: &[u32], list: &[u32]) -> Vec<u32> {
         let inside = (0..3).all(|a| (0..i64::from(grid.blocks[a])).contains(&at[a]));
         if inside { table[index(grid, at.map(|c| c as u32)) as usize].wrapping_sub(1) } else { NOWHERE }
     };
-    list.iter().flat_map(|block| around(*block)).map(slot).collect()
+    let fill = |slot: &u32| fills.get(*slot as usize).copied().unwrap_or(0);
+    list.iter()
+        .flat_map(|block| {
+            let slots: Vec<u32> = around(*block).map(slot).collect();
+            let below: Vec<u32> = slots[..8].iter().map(fill).collect();
+            [slots, below].concat()
+        })
+        .collect()
 }
 
-/// The block and its upper neighbours inside the grid.
-pub fn reached(grid: &Grid, block: u32) -> Vec<u32> {
-    let b = coordinates(grid, block);
+/// The block of a cell (by its key) and those of its upper neighbours whose nodes the cell's particles reach.
+pub fn reached(grid: &Grid, key: u32) -> Vec<u32> {
+    let b = coordinates(grid, key / 64);
+    let local = [key % 4, key / 4 % 4, key / 16 % 4];
     let mut found = Vec::new();
     for corner in 0..8u32 {
-        let at = [b[0] + (corner & 1), b[1] + (corner >> 1 & 1), b[2] + (corner >> 2)];
-        if (0..3).all(|axis| at[axis] < grid.blocks[axis]) {
+        let up = [corner & 1, corner >> 1 & 1, corner >> 2];
+        let at: [u32; 3] = std::array::from_fn(|axis| b[axis] + up[axis]);
+        if (0..3).all(|axis| at[axis] < grid.blocks[axis] && (up[axis] == 0 || local[axis] >= 2)) {
             found.push(index(grid, at));
         }
     }
@@ -104,8 +114,10 @@ pub struct Lattice {
     pub rows: Vec<Row>,
     /// Place of each row in `rows` + 1, 0 where it is empty.
     pub marks: Vec<u32>,
-    /// Slots below and above each slot.
+    /// Slots below and above each slot, and the fills of those below.
     pub links: Vec<u32>,
+    /// Which rows of each slot hold particles, a bit each.
+    pub fills: Vec<u32>,
 }
 
 impl Lattice {
@@ -118,7 +130,7 @@ impl Lattice {
             cells.entry(*key).or_default().push(p as u32);
         }
         let holding: BTreeSet<u32> = cells.keys().map(|k| k / 64).collect();
-        let all: BTreeSet<u32> = holding.iter().flat_map(|b| reached(&grid, *b)).collect();
+        let all: BTreeSet<u32> = cells.keys().flat_map(|key| reached(&grid, *key)).collect();
         let mut list: Vec<u32> = holding.iter().copied().collect();
         random.shuffle(&mut list);
         let mut upper: Vec<u32> = all.difference(&holding).copied().collect();
@@ -130,7 +142,11 @@ impl Lattice {
         for (slot, block) in list.iter().enumerate() {
             table[*block as usize] = slot as u32 + 1;
         }
-        let links = links(&grid, &table, &list);
+        let fills: Vec<u32> = list
+            .iter()
+            .map(|b| cells.range(b * 64..b * 64 + 64).fold(0, |bits, (key, _)| bits | 1 << (key % 64 / 4)))
+            .collect();
+        let links = links(&grid, &table, &list, &fills);
         let mut made = Self {
             grid,
             blocks: holding.len(),
@@ -143,6 +159,7 @@ impl Lattice {
             rows: Vec::new(),
             marks: vec![0; list.len() * 16],
             links,
+            fills,
             list,
             keys,
         };

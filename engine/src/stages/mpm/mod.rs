@@ -89,8 +89,8 @@ pub struct Mpm<'gpu> {
     courant: f32,
     wave_speed: f32,
     force_dt: f32,
-    /// Attempts that may be taken back in a frame.
-    patience: u32,
+    /// Frames that go wrong are repeated with smaller steps.
+    guarded: bool,
     speed: f32,
     dx: f32,
     ranges: Vec<std::ops::Range<u64>>,
@@ -165,7 +165,7 @@ impl<'gpu> Mpm<'gpu> {
             courant: world.courant,
             wave_speed: world.bodies.iter().map(crate::world::Body::wave_speed).fold(0.0, f32::max),
             force_dt: world.force_dt.unwrap_or(0.0),
-            patience: 2,
+            guarded: world.force_dt.is_none(),
             speed: speed.sqrt(),
             dx: world.dx,
             ranges,
@@ -250,17 +250,7 @@ impl<'gpu> Mpm<'gpu> {
             }
         }
         if self.p2g == P2g::Cell {
-            let grid = mpm::GridRows {
-                shares: given,
-                marks,
-                links,
-                list,
-                live: read_live,
-                nodes,
-                clock,
-                colliders,
-                immediates,
-            };
+            let grid = mpm::GridRows { shares: given, marks, links, list, nodes, clock, colliders, immediates };
             rec.call(&grid, k, slots);
         } else {
             let grid = mpm::Grid { tiles: given, links, list, live: read_live, nodes, clock, colliders, immediates };
@@ -301,15 +291,16 @@ impl<'gpu> Mpm<'gpu> {
     /// # Errors
     /// The device's refusal.
     pub fn start_clock(&self, length: f32) -> Result<(), GpuError> {
-        self.begin(length, self.courant)
+        self.begin(length, false)
     }
 
-    fn begin(&self, length: f32, courant: f32) -> Result<(), GpuError> {
+    fn begin(&self, length: f32, watch: bool) -> Result<(), GpuError> {
         let clock = Clock {
             frame_start: self.time as f32,
             frame_length: length,
             dx: self.dx,
-            courant,
+            courant: self.courant,
+            watch: u32::from(watch),
             wave_speed: self.wave_speed,
             force_dt: self.force_dt,
             speed_bits: self.speed.to_bits(),
@@ -325,7 +316,7 @@ impl<'gpu> Mpm<'gpu> {
     }
 
     fn update_stress(&mut self) -> Result<(), GpuError> {
-        self.begin(1.0, self.courant)?;
+        self.begin(1.0, false)?;
         let Self { particles, deformations, bodies, clock, .. } = *self;
         let mut rec = Recording::new("stress");
         rec.call(&mpm::Stress { particles, deformations, bodies, clock }, &self.constants, self.particle_groups());

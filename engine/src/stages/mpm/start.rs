@@ -2,7 +2,7 @@
 
 use bytemuck::Zeroable;
 use physvideo_gpu::Constants;
-use physvideo_gpu::kernels::{self, Deformation, Particle};
+use physvideo_gpu::kernels::{self, Deformation, Member, Particle};
 
 use super::{Method, P2g, PINNED};
 use crate::stages::cells;
@@ -54,23 +54,17 @@ const SPARSE: f32 = 1e-2;
 
 /// Overrides: the members of each family that this world uses, and the gradient.
 pub(super) fn constants(world: &World, method: Method) -> Constants {
-    let material = |kind| world.bodies.iter().any(|b| b.constants().material == kind);
-    let field = |kind| world.fields.iter().any(|f| f.kind == kind);
-    let shape = |kind| world.colliders.iter().any(|c| c.shape == kind);
+    let uses = |member: &&Member| match member.family {
+        "material" => world.bodies.iter().any(|b| b.constants().material == member.kind),
+        "field" => world.fields.iter().any(|f| f.kind == member.kind),
+        _ => world.colliders.iter().any(|c| c.shape == member.kind),
+    };
     let flag = |on: bool| if on { 1.0 } else { 0.0 };
     let lightest = world.bodies.iter().map(|b| b.density * b.particle_volume).fold(f32::MAX, f32::min);
-    Constants::none()
+    let start = Constants::none()
         .with("TRUE_GRADIENT", flag(method.true_gradient))
-        .with("SPARSE", f64::from(SPARSE * lightest))
-        .with("MATERIAL_COROTATED_USED", flag(material(1)))
-        .with("MATERIAL_NEO_HOOKEAN_USED", flag(material(2)))
-        .with("FIELD_UNIFORM_USED", flag(field(1)))
-        .with("FIELD_WIND_USED", flag(field(2)))
-        .with("FIELD_POINT_USED", flag(field(3)))
-        .with("SHAPE_PLANE_USED", flag(shape(1)))
-        .with("SHAPE_BALL_USED", flag(shape(2)))
-        .with("SHAPE_BOX_USED", flag(shape(3)))
-        .with("SHAPE_ROOM_USED", flag(shape(4)))
+        .with("SPARSE", f64::from(SPARSE * lightest));
+    kernels::MEMBERS.iter().fold(start, |all, member| all.with(member.flag, flag(uses(&member))))
 }
 
 pub(super) fn initial_state(world: &World) -> (Vec<Particle>, Vec<Deformation>) {

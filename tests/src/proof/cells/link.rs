@@ -30,12 +30,14 @@ fn inputs(ask: Ask) -> Call {
     Call::new(slots + 2)
         .with("table", &sorted.table)
         .with("list", &sorted.list)
-        .with("links", &vec![0xabcd_u32; slots * 16])
+        .with("links", &vec![0xabcd_u32; slots * 24])
+        .with("fills", &sorted.fills)
+        .with("live", &[sorted.counters()])
         .with("wanted", &sorted.links)
         .grid(&sorted.grid)
 }
 
 fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
-    debug_assert!(call.buffers.one::<Grid>("grid").capacity as usize * 16 == out.get::<u32>("links").len());
+    debug_assert!(call.buffers.one::<Grid>("grid").capacity as usize * 24 == out.get::<u32>("links").len());
     vec![Compared::equal("links", &out.get::<u32>("links"), &call.buffers.get::<u32>("wanted"))]
 }

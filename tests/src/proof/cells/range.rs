@@ -44,6 +44,7 @@ fn inputs(ask: Ask) -> Call {
         .with("spans", &vec![[NOWHERE; 2]; room])
         .with("rows", &vec![nobody(); sorted.grid.rows as usize])
         .with("marks", &vec![NOWHERE; room * 16])
+        .with("fills", &vec![NOWHERE; room])
         .with("table", &sorted.table)
         .with("list", &sorted.list)
         .with("live", &[live])
@@ -96,7 +97,13 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let marked = marks[..held * 16].iter().filter(|m| **m != 0).count();
     let groups = (listed_rows.div_ceil(ROW_LANES)) as u32;
     let (list, table): (Vec<u32>, Vec<u32>) = (out.get("list"), out.get("table"));
-    let all: BTreeSet<u32> = before[..held].iter().flat_map(|b| reached(&grid, *b)).collect();
+    let all: BTreeSet<u32> = (0..held * 64)
+        .filter(|cell| counts[*cell] > 0)
+        .flat_map(|cell| reached(&grid, before[cell / 64] * 64 + cell as u32 % 64))
+        .chain(before[..held].iter().copied())
+        .collect();
+    let fills: Vec<u32> =
+        (0..held).map(|slot| (0..16).filter(|r| held_in(slot * 16 + r) > 0).fold(0, |bits, r| bits | 1 << r)).collect();
     let room = all.len().min(grid.capacity as usize);
     let listed: BTreeSet<u32> = list[..room].iter().copied().collect();
     let entries = (0..60u32).map(|b| match list.iter().position(|l| *l == b) {
@@ -111,6 +118,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         Compared::equal("each place is in one cell", &places, &vec![1; total as usize]),
         Compared::fact("blocks with particles keep their slots", list[..held] == before[..held]),
         Compared::fact("upper neighbours once each", listed.len() == room && listed.is_subset(&all)),
+        Compared::equal("fills", &out.get::<u32>("fills")[..held], &fills),
         Compared::equal("table", &table, &entries.collect::<Vec<_>>()),
         Compared::equal(
             "live",

@@ -38,10 +38,12 @@ fn inputs(ask: Ask) -> Call {
         ..Default::default()
     };
     let mut live = Live { blocks: 3, nodes: 9, cursor: 100, rows: 70, row_groups: 2, ..Default::default() };
-    match ask.seed % 6 {
+    match ask.seed % 8 {
         1 => clock.t = length - clock.dt,
         2 => live.overflow = 2,
         5 => live.crowded = 1,
+        6 => clock.watch = 1,
+        7 => (clock.watch, clock.clamped_velocity, clock.quarantined) = (1, 0, 0),
         3 => clock.force_dt = length * 0.01,
         4 => clock.force_dt = length * 2.0,
         _ => {}
@@ -60,7 +62,9 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let left = of(was.frame_length) - t;
     let done = left <= 1e-6 * of(was.frame_length);
     let full = live_was.overflow + live_was.crowded > 0;
-    let stop = done || full;
+    let fault = was.watch != 0 && was.clamped_velocity + was.quarantined > 0;
+    let early = full || fault;
+    let stop = done || early;
     let groups = if stop { 0 } else { was.particles.div_ceil(64) };
     let live_want = Live {
         blocks_y: 1,
@@ -80,7 +84,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         Compared::near(
             "t",
             vec![of(now.t)],
-            vec![if done && !full { of(was.frame_length) } else { t }],
+            vec![if done && !early { of(was.frame_length) } else { t }],
             of(was.frame_length),
         ),
         Compared::fact("a step is never negative, infinite or NaN", now.dt.is_finite() && now.dt >= 0.0),
