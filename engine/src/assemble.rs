@@ -11,8 +11,9 @@ use crate::geometry::{
     self, GeometryError, Lattice, MaskBody, Particles, PhotoData, Smoothing, SurfaceMap, TriangleMesh, WorldFromCamera,
 };
 use crate::limits::{Crowd, MOST_BODIES, refuse_wide};
+use crate::pins;
 use crate::plan::Plan;
-use crate::scene::{Depth, Kind, Object, Problem, Region, Scene, Source};
+use crate::scene::{Depth, Kind, Object, Problem, Scene, Source};
 use crate::stages::view;
 use crate::world::{self, Body, World};
 
@@ -64,6 +65,8 @@ pub struct Assembled {
     pub camera: Camera,
     /// Size of the frames [px].
     pub size: (u32, u32),
+    /// What the user should know of how it was built.
+    pub notes: Vec<String>,
     /// Stages that ran here and the wall time of each [ms].
     pub wall_ms: Vec<(&'static str, f64)>,
 }
@@ -88,7 +91,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         .map_err(|e| at("simulation.particles_per_cell".into(), e))?;
     let since = Instant::now();
     let mut crowd = Crowd::new(inputs.memory);
-    let mut bodies = Vec::new();
+    let (mut bodies, mut notes) = (Vec::new(), Vec::new());
     let mut colors = Vec::new();
     let mut object_of = Vec::new();
     if plan.runs("bodies") {
@@ -98,7 +101,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
             }
             let filled = colored(scene, index, inputs, view.as_ref(), &lattice, &mut crowd)?;
             colors.extend_from_slice(&filled.colors);
-            bodies.push(body(scene, index, object, filled, view.as_ref())?);
+            bodies.push(body(scene, index, object, filled, view.as_ref(), &mut notes)?);
             object_of.push(index);
         }
     }
@@ -151,7 +154,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         courant: scene.simulation.courant,
         force_dt: scene.simulation.force_dt,
     };
-    Ok(Assembled { world, colors, object_of, statics, view, camera, size, wall_ms })
+    Ok(Assembled { world, colors, object_of, statics, view, camera, size, notes, wall_ms })
 }
 
 /// Milliseconds since.
@@ -296,7 +299,14 @@ fn fill(
     }
 }
 
-fn body(scene: &Scene, index: usize, object: &Object, filled: Particles, view: Option<&View>) -> Result<Body, Problem> {
+fn body(
+    scene: &Scene,
+    index: usize,
+    object: &Object,
+    filled: Particles,
+    view: Option<&View>,
+    notes: &mut Vec<String>,
+) -> Result<Body, Problem> {
     let n = filled.positions.len().max(1) as f32;
     let center = filled.positions.iter().fold(Vec3::ZERO, |s, p| s + Vec3::from(*p)) / n;
     let spin = Vec3::from(object.angular_velocity);
@@ -307,7 +317,7 @@ fn body(scene: &Scene, index: usize, object: &Object, filled: Particles, view: O
         .collect();
     let mut pinned = vec![false; filled.positions.len()];
     for region in &object.pins {
-        pin(scene, region, view, &filled.positions, &mut pinned)?;
+        pins::pin(scene, region, view, &filled.positions, &mut pinned)?;
     }
     if object.prestress == Some(true) && object.pins.is_empty() {
         return Err(at(
@@ -317,6 +327,17 @@ fn body(scene: &Scene, index: usize, object: &Object, filled: Particles, view: O
                 object.name
             ),
         ));
+    }
+    let prestress = object.prestressed() && !object.pins.is_empty();
+    if prestress {
+        // Twice the spacing of the particles.
+        let loose = pins::hold_loose(&filled.positions, 2.0 * filled.volume.cbrt(), &mut pinned);
+        if loose.pieces > 0 {
+            notes.push(format!(
+                "{}: {} of its pieces ({} particles) that no pin reaches are held where they are",
+                object.name, loose.pieces, loose.particles
+            ));
+        }
     }
     let material = object.material.ok_or_else(|| at("object".into(), "an object without material is not simulated"))?;
     let mut fields = 0;
@@ -334,57 +355,9 @@ fn body(scene: &Scene, index: usize, object: &Object, filled: Particles, view: O
         velocities,
         pinned,
         // A photograph shows a held body sagged. One that nothing holds stands on something, and may fall from it.
-        prestress: object.prestressed() && !object.pins.is_empty(),
+        prestress,
         fields,
     })
-}
-
-fn pin(
-    scene: &Scene,
-    region: &Region,
-    view: Option<&View>,
-    positions: &[[f32; 3]],
-    pinned: &mut [bool],
-) -> Result<(), Problem> {
-    let mut hold = |inside: &dyn Fn(Vec3) -> bool| {
-        for (flag, x) in pinned.iter_mut().zip(positions) {
-            *flag |= inside(Vec3::from(*x));
-        }
-    };
-    match region {
-        Region::Box { min, max } => {
-            hold(&|x| x.cmpge(Vec3::from(*min)).all() && x.cmple(Vec3::from(*max)).all());
-        }
-        Region::Ball { center, radius } => hold(&|x| x.distance(Vec3::from(*center)) <= *radius),
-        Region::Pixels { min, max } => {
-            let Some(v) = view else { return Err(at("object".into(), "a pin of `pixels` needs [photo]")) };
-            // The rectangle is given at the photograph's full size; the principal point tells the scale.
-            let scale = scene.photo.as_ref().map_or(1.0, |p| v.photo.focal_px / p.focal_px);
-            let camera = v.photo.camera();
-            hold(&|x| {
-                camera
-                    .project(v.world.to_camera(x))
-                    .is_some_and(|(p, _)| (0..2).all(|a| p[a] >= min[a] * scale && p[a] <= max[a] * scale))
-            });
-        }
-        Region::Near { object, distance } => {
-            let label = scene
-                .objects
-                .iter()
-                .find(|o| &o.name == object)
-                .and_then(|o| if let Source::Mask { label, .. } = o.source { Some(label) } else { None });
-            let (Some(label), Some(View { photo, surfaces: Some(map), world, .. })) = (label, view) else {
-                return Err(at(
-                    "object".into(),
-                    format!("a pin `near` needs '{object}' to be a mask of the photograph"),
-                ));
-            };
-            let points = geometry::display_points(map, label, &photo.rgb, world).map_err(|e| at("object".into(), e))?;
-            let near: Vec<Vec3> = points.positions.iter().map(|p| Vec3::from(*p)).collect();
-            hold(&|x| near.iter().any(|p| p.distance_squared(x) <= distance * distance));
-        }
-    }
-    Ok(())
 }
 
 /// The grid's space: the scene's, else the bodies' box doubled, down to the ground.

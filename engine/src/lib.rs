@@ -7,6 +7,7 @@ pub mod backdrop;
 pub mod estimate;
 pub mod geometry;
 mod limits;
+mod pins;
 pub mod plan;
 pub mod scene;
 pub mod stages;

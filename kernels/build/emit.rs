@@ -42,7 +42,11 @@ pub fn emit(kernels: &[Kernel], families: &[(String, Vec<(String, u32)>)]) -> Re
     for (family, members) in families {
         let _ = writeln!(out, "    /// Family `{family}`.\n    pub mod {family} {{");
         for (name, kind) in members {
-            let _ = writeln!(out, "        /// `{family}/{name}`.\n        pub const {}: u32 = {kind};", name.to_uppercase());
+            let _ = writeln!(
+                out,
+                "        /// `{family}/{name}`.\n        pub const {}: u32 = {kind};",
+                name.to_uppercase()
+            );
             let flag = super::expand::flag(family, name);
             let _ = writeln!(flags, "    Member {{ family: {family:?}, kind: {kind}, flag: {flag:?} }},");
         }

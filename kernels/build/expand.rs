@@ -70,9 +70,8 @@ pub fn members(root: &Path, family: &str) -> Result<Vec<Member>, String> {
         let file = path.display().to_string();
         let text = std::fs::read_to_string(&path).map_err(|e| format!("{file}: {e}"))?;
         let head = text.lines().next().and_then(|l| l.strip_prefix("//! member ")?.split_once(" of fn "));
-        let (kind, signature) = head
-            .and_then(|(kind, sig)| Some((kind.parse::<u32>().ok()?, sig.to_string())))
-            .ok_or_else(|| {
+        let (kind, signature) =
+            head.and_then(|(kind, sig)| Some((kind.parse::<u32>().ok()?, sig.to_string()))).ok_or_else(|| {
                 format!("{file}:1: a member of a family starts with `//! member K of fn (args) -> T = value`")
             })?;
         if let Some(other) = found.iter().find(|m| m.kind == kind) {

@@ -111,7 +111,7 @@ fn leaves_become_a_few_thousand_particles_above_the_table() {
     }
     let points = display_points(&map, LEAVES, &photo.rgb, &world).unwrap();
     let carriers = attach(&points.positions, &particles.positions, lattice.spacing).unwrap();
-    // Almost every pixel lies on its body: the nearest particle within two spacings.
+    // Almost every pixel lies on its body, the nearest particle within two spacings; whiskers are shaved off tips.
     let far = points
         .positions
         .iter()
@@ -120,5 +120,5 @@ fn leaves_become_a_few_thousand_particles_above_the_table() {
             Vec3::from(**x).distance(Vec3::from(particles.positions[c.particle[0] as usize])) > 2.0 * lattice.spacing
         })
         .count();
-    assert!(far * 1000 < points.positions.len(), "{far} of {}", points.positions.len());
+    assert!(far * 1000 < 15 * points.positions.len(), "{far} of {}", points.positions.len());
 }

@@ -230,3 +230,15 @@ fn an_empty_mask_is_named() {
     let text = lattice(0.1).fill_mask("dot", &body).unwrap_err().to_string();
     assert!(text.starts_with("object 'dot' got no particles: its smallest extent is 1.00e-2 m"), "{text}");
 }
+
+/// A bar two points wide with a strand of single points at its end: the strand goes, the bar stays; a body that is
+/// nothing but a strand stays as it is.
+#[test]
+fn whiskers_are_shaved_off() {
+    let site = |x: i32, y: i32, z: i32| ([x, y, z], [0.5; 3]);
+    let bar: Vec<Site> = (0..6).flat_map(|x| [site(x, 0, 0), site(x, 1, 0)]).collect();
+    let strand: Vec<Site> = (6..12).map(|x| site(x, 0, 0)).collect();
+    let kept = shave([bar.clone(), strand.clone()].concat());
+    assert_eq!(kept, bar);
+    assert_eq!(shave(strand.clone()), strand);
+}

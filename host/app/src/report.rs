@@ -133,7 +133,7 @@ pub struct Clamps {
     pub strain: u64,
     /// Particle updates whose compression was refused.
     pub volume: u64,
-    /// Attempts at a frame that were taken back and repeated with half the step.
+    /// Attempts at a frame that were taken back and repeated with smaller steps.
     pub rejected: u64,
     /// Particles taken out: not finite, or outside the grid.
     pub quarantined: u64,

@@ -67,6 +67,7 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<(), AppError> {
     for (stage, ms) in &assembled.wall_ms {
         report.add_ms(stage, *ms);
     }
+    report.warnings.extend(assembled.notes.iter().cloned());
     for (body, object) in assembled.world.bodies.iter().zip(&assembled.object_of) {
         let count = body.positions.len() as u64;
         report.particles.push(ObjectCount { object: loaded.scene.objects[*object].name.clone(), count });

@@ -32,6 +32,9 @@ pub(super) fn plan(path: &Path, overrides: &Overrides, asked: Option<&str>) -> R
     for body in &assembled.world.bodies {
         print(&format!("{:<12} {} particles", body.name, body.positions.len()));
     }
+    for note in &assembled.notes {
+        print(&format!("{:<12} {note}", "note"));
+    }
     print(&numbers(&loaded, &plan, &estimate));
     print(&memory(&estimate, device));
     Ok(())
