@@ -1,15 +1,16 @@
-//! use lib/nearest
+//! use lib/nearest lib/texel
 // The K nearest points of every pixel, blended. One workgroup a tile of 8 × 8 pixels, one lane a pixel. Eight points
 // at a time: eight lanes load one each and broadcast it, every lane tests them into a bit mask, then only the hits
 // are sorted in, since that is what costs. Needs subgroups of at least 8; else see `points/blend_shared`.
+//! texels splats: vec4f
+//! texels list: u32
 
-struct Splats { d: array<vec4f> }
 struct Words { d: array<u32> }
 struct Floats { d: array<f32> }
-@group(0) @binding(0) var<storage, read> splats: Splats;
+@group(0) @binding(0) var splats: texture_1d<u32>;
 @group(0) @binding(1) var<storage, read> counts: Words;
 @group(0) @binding(2) var<storage, read> ends: Words;
-@group(0) @binding(3) var<storage, read> list: Words;
+@group(0) @binding(3) var list: texture_1d<u32>;
 @group(0) @binding(4) var<storage, read> colors: Words;      // RGBA8 of each point
 @group(0) @binding(5) var<storage, read> objects: Words;     // object of each point
 @group(0) @binding(6) var<storage, read_write> image: Words;     // RGBA8, 0 where nothing is
@@ -42,7 +43,7 @@ fn main(
     var nearest = nobody();
     for (var next = begin; next < end; next += 8u) {
         var mine = vec4f(0.0);
-        if (next + place % 8u < end) { mine = splats.d[list.d[next + place % 8u]]; }
+        if (next + place % 8u < end) { mine = texel(splats, word(list, next + place % 8u)); }
         var hits = test(subgroupBroadcast(mine, 0u), pixel);
         hits |= test(subgroupBroadcast(mine, 1u), pixel) << 1u;
         hits |= test(subgroupBroadcast(mine, 2u), pixel) << 2u;
@@ -52,9 +53,9 @@ fn main(
         hits |= test(subgroupBroadcast(mine, 6u), pixel) << 6u;
         hits |= test(subgroupBroadcast(mine, 7u), pixel) << 7u;
         while (hits != 0u) {
-            let id = list.d[next + firstTrailingBit(hits)];
+            let id = word(list, next + firstTrailingBit(hits));
             hits &= hits - 1u;
-            let s = splats.d[id];
+            let s = texel(splats, id);
             nearest = sorted_in(nearest, Hit(s.z, id, weight(distances(s, pixel))));
         }
     }

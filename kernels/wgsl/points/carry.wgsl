@@ -1,17 +1,18 @@
-//! use lib/particle lib/carrier
+//! use lib/particle lib/carrier lib/texel
 // Display points carried by up to four particles each: x = Σ w (x_p + F_p (X − X_p0)) / Σ w, with F_p relative to the
 // moment they were bound. Summed as displacements, so that points of particles that did not move stay exactly put.
+//! texels rest: vec4f
+//! texels carriers: Carrier
+//! texels particles: Particle
+//! texels deformations: Deformation
+//! texels bound: Bound
 
 struct Points { d: array<vec4f> }
-struct Carriers { d: array<Carrier> }
-struct Particles { d: array<Particle> }
-struct Deformations { d: array<Deformation> }
-struct Bounds { d: array<Bound> }
-@group(0) @binding(0) var<storage, read> rest: Points;           // X [m], radius in w
-@group(0) @binding(1) var<storage, read> carriers: Carriers;
-@group(0) @binding(2) var<storage, read> particles: Particles;
-@group(0) @binding(3) var<storage, read> deformations: Deformations;
-@group(0) @binding(4) var<storage, read> bound: Bounds;
+@group(0) @binding(0) var rest: texture_1d<u32>;           // X [m], radius in w
+@group(0) @binding(1) var carriers: texture_1d<u32>;
+@group(0) @binding(2) var particles: texture_1d<u32>;
+@group(0) @binding(3) var deformations: texture_1d<u32>;
+@group(0) @binding(4) var bound: texture_1d<u32>;
 @group(0) @binding(5) var<storage, read_write> points: Points;
 var<immediate> call: Carried;
 
@@ -19,21 +20,22 @@ var<immediate> call: Carried;
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) lane: u32) {
     let i = (group.y * groups.x + group.x) * 64u + lane;
     if (i >= call.count) { return; }
-    var point = rest.d[i];
-    let carrier = carriers.d[i];
+    var point = texel(rest, i);
+    let carrier = Carrier(textureLoad(carriers, 2u * i, 0), texel(carriers, 2u * i + 1u));
     var moved = vec3f(0.0);
     var total = 0.0;
     for (var k = 0u; k < 4u; k++) {
         let w = carrier.weight[k];
         if (w <= 0.0) { continue; }
         let id = carrier.particle[k];
-        if ((particles.d[id].tag & QUARANTINED) != 0u) { continue; }
-        let at = bound.d[id];
-        let f = deformations.d[id];
+        let now = texel(particles, 6u * id);
+        if ((bitcast<u32>(now.w) & QUARANTINED) != 0u) { continue; }
+        let at = Bound(texel(bound, 4u * id), texel(bound, 4u * id + 1u), texel(bound, 4u * id + 2u), texel(bound, 4u * id + 3u));
+        let f = Deformation(texel(deformations, 3u * id), texel(deformations, 3u * id + 1u), texel(deformations, 3u * id + 2u));
         let offset = point.xyz - at.x.xyz;
         let back = vec3f(dot(at.i0.xyz, offset), dot(at.i1.xyz, offset), dot(at.i2.xyz, offset));
         let turned = f.f0.xyz * back.x + f.f1.xyz * back.y + f.f2.xyz * back.z;
-        moved += w * ((particles.d[id].x - at.x.xyz) + (turned - offset));
+        moved += w * ((now.xyz - at.x.xyz) + (turned - offset));
         total += w;
     }
     if (total > 0.0) {

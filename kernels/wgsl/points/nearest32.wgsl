@@ -1,10 +1,10 @@
-//! use lib/splat
+//! use lib/splat lib/texel
 // The nearest point of every pixel without 64-bit atomics, in two passes over projected points: least depth, then
 // least number among those of that depth. Writes the words of `points/nearest64`: number, then depth bits.
+//! texels splats: vec4f
 
-struct Splats { d: array<vec4f> }
 struct Words { d: array<atomic<u32>> }
-@group(0) @binding(0) var<storage, read> splats: Splats;
+@group(0) @binding(0) var splats: texture_1d<u32>;
 @group(0) @binding(1) var<storage, read_write> keys: Words;
 var<immediate> screen: Screen;
 
@@ -15,7 +15,7 @@ override NUMBERS: bool = false;
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) lane: u32) {
     let i = (group.y * groups.x + group.x) * 64u + lane;
     if (i >= screen.points) { return; }
-    let s = splats.d[i];
+    let s = texel(splats, i);
     let to = reach(s, screen);
     let depth = bitcast<u32>(s.z);
     for (var y = to.y; y <= to.w; y++) {

@@ -1,9 +1,9 @@
-//! use lib/splat
+//! use lib/splat lib/texel
 // World points to discs in the image: centre [px], depth [m], radius [px].
+//! texels points: vec4f
 
-struct Points { d: array<vec4f> }
 struct Splats { d: array<vec4f> }
-@group(0) @binding(0) var<storage, read> points: Points;
+@group(0) @binding(0) var points: texture_1d<u32>;
 @group(0) @binding(1) var<storage, read> camera: Camera;
 @group(0) @binding(2) var<storage, read_write> splats: Splats;
 var<immediate> screen: Screen;
@@ -14,5 +14,5 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     let view = camera;
     let i = (group.y * groups.x + group.x) * 64u + lane;
     if (i >= screen.points) { return; }
-    splats.d[i] = splat(view, points.d[i]);
+    splats.d[i] = splat(view, texel(points, i));
 }

@@ -1,0 +1,125 @@
+//! Benchmarks: kernels in isolation with their error beside the time, the whole MPM substep, a frame of points. Nothing here ships
+//! with the product; times come from the device's own clock and hold only as ratios within one run.
+
+mod mpm;
+mod points;
+
+use clap::{Parser, Subcommand};
+use physvideo_gpu::{Gpu, Options};
+use physvideo_tests::proof::{CASES, harness};
+
+/// Benchmarks of physvideo-engine.
+#[derive(Parser)]
+struct Arguments {
+    #[command(subcommand)]
+    what: What,
+    /// Device: index or part of its name.
+    #[arg(long, global = true)]
+    device: Option<String>,
+    /// Read the kernels anew from this folder instead of those built in, to try a change without a build.
+    #[arg(long, global = true)]
+    wgsl: Option<std::path::PathBuf>,
+    /// One JSON object a line instead of a table.
+    #[arg(long, global = true)]
+    json: bool,
+}
+
+#[derive(Subcommand)]
+enum What {
+    /// Every kernel in isolation: time, traffic, arithmetic and largest error against its f64 twin.
+    Kernels {
+        /// Items of a call.
+        #[arg(long, default_value_t = 4096)]
+        items: usize,
+        /// Counted calls.
+        #[arg(long, default_value_t = 9)]
+        repeats: usize,
+        /// Only kernels whose name holds this.
+        #[arg(long, default_value = "")]
+        only: String,
+    },
+    /// The whole MLS-MPM substep on the peers' falling cube: E 8e4, ν 0.32, ρ 40, 128 cells a metre.
+    Mpm {
+        /// Particles along an edge of the cube; 37 gives 50,653.
+        #[arg(long, default_value_t = 37)]
+        edge: usize,
+        /// Particle spacing [m]: half a cell is 8 per cell, the peers' scenes use 5e-3.
+        #[arg(long, default_value_t = 1.0 / 256.0)]
+        spacing: f32,
+        /// Substeps in a counted frame.
+        #[arg(long, default_value_t = 100)]
+        substeps: u32,
+        /// Counted frames.
+        #[arg(long, default_value_t = 5)]
+        repeats: usize,
+        /// Every form of the transfer to the grid instead of the device's own.
+        #[arg(long)]
+        all: bool,
+    },
+    /// A frame of random points in a cube of 1 m, one pixel each, nearest first, with the peers' camera.
+    Points {
+        /// Points.
+        #[arg(long, default_value_t = 1_000_000)]
+        points: usize,
+        /// Width of the frame [px].
+        #[arg(long, default_value_t = 1280)]
+        width: u32,
+        /// Height of the frame [px].
+        #[arg(long, default_value_t = 720)]
+        height: u32,
+        /// Counted frames.
+        #[arg(long, default_value_t = 15)]
+        repeats: usize,
+    },
+}
+
+fn main() {
+    let arguments = Arguments::parse();
+    if let Err(message) = run(&arguments) {
+        eprintln!("{message}");
+        std::process::exit(1);
+    }
+}
+
+fn run(arguments: &Arguments) -> Result<(), String> {
+    let gpu =
+        Gpu::new(Options { device: arguments.device.clone(), wgsl: arguments.wgsl.clone(), ..Default::default() })
+            .map_err(|e| e.to_string())?;
+    println!("# {} ({})", gpu.info.name, gpu.info.driver);
+    match arguments.what {
+        What::Kernels { items, repeats, ref only } => kernels(&gpu, arguments.json, items, repeats, only),
+        What::Mpm { edge, spacing, substeps, repeats, all } => mpm::bench(&gpu, edge, spacing, substeps, repeats, all),
+        What::Points { points, width, height, repeats } => points::bench(&gpu, points, [width, height], repeats),
+    }
+}
+
+fn kernels(gpu: &Gpu, json: bool, items: usize, repeats: usize, only: &str) -> Result<(), String> {
+    if !json {
+        println!(
+            "{:<18} {:>8} {:>10} {:>10} {:>8} {:>9} {:>10}",
+            "kernel", "items", "µs", "ns/item", "GB/s", "GFLOP/s", "max error"
+        );
+    }
+    for case in CASES.iter().filter(|c| c.kernel.contains(only)) {
+        let r = harness::time(gpu, case, items, repeats)?;
+        if json {
+            let row = serde_json::json!({
+                "kernel": r.kernel, "items": r.items, "us": r.ms * 1e3, "ns_per_item": r.ns, "gb_per_s": r.gigabytes,
+                "gflop_per_s": r.gigaflops, "max_relative_error": r.error,
+            });
+            println!("{row}");
+        } else {
+            println!(
+                "{:<18} {:>8} {:>10.1} {:>10.2} {:>8.2} {:>9.2} {:>10.1e}",
+                r.kernel,
+                r.items,
+                r.ms * 1e3,
+                r.ns,
+                r.gigabytes,
+                r.gigaflops,
+                r.error
+            );
+        }
+    }
+    Ok(())
+}
