@@ -294,8 +294,8 @@ fn what_is_not_asked_for_is_not_allocated() {
     let s = RenderSettings { depth: false, ids: false, ..settings([64, 48], 1, Compositing::NormWeighted) };
     let image = PointRenderer::new(&gpu, s.clone(), all).unwrap().draw(&gpu).unwrap();
     assert_eq!((image.depth, image.ids), (None, None));
-    // Two outputs of one element each stand in for the images that are not made.
-    assert_eq!(gpu.memory_used().0 - before, s.bytes(64, false) + 8);
+    // Two outputs of one texel each stand in for the images that are not made.
+    assert_eq!(gpu.memory_used().0 - before, s.bytes(64, false) + 32);
     let full = drawn(&gpu, &c, &RenderSettings { depth: true, ids: true, ..s });
     assert_eq!(image.rgb, full.rgb);
     silent(&gpu);

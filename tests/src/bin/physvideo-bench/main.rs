@@ -4,8 +4,10 @@
 mod mpm;
 mod points;
 
+use std::collections::BTreeMap;
+
 use clap::{Parser, Subcommand};
-use physvideo_gpu::{Gpu, Options};
+use physvideo_gpu::{Command, Gpu, Options, Recording};
 use physvideo_tests::proof::{CASES, harness};
 
 /// Benchmarks of physvideo-engine.
@@ -122,4 +124,31 @@ fn kernels(gpu: &Gpu, json: bool, items: usize, repeats: usize, only: &str) -> R
         }
     }
     Ok(())
+}
+
+/// Median device time of each kernel of a recording [ms], summed over its calls.
+fn stages(gpu: &Gpu, plain: Recording) -> Result<BTreeMap<String, f64>, physvideo_gpu::GpuError> {
+    let mut timed = Recording::new("timed");
+    for command in plain.commands {
+        timed.section(match &command {
+            Command::Call { kernel, .. } => kernel.name,
+            Command::Fill(..) => "fill",
+            _ => "copy",
+        });
+        timed.commands.push(command);
+    }
+    let prepared = gpu.prepare(&timed)?;
+    let mut all: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+    for _ in 0..15 {
+        let mut once: BTreeMap<String, f64> = BTreeMap::new();
+        for t in prepared.submit()? {
+            *once.entry(t.section).or_default() += t.ms;
+        }
+        once.into_iter().for_each(|(name, ms)| all.entry(name).or_default().push(ms));
+    }
+    let median = |mut ms: Vec<f64>| {
+        ms.sort_by(f64::total_cmp);
+        ms[ms.len() / 2]
+    };
+    Ok(all.into_iter().map(|(name, ms)| (name, median(ms))).collect())
 }

@@ -1,12 +1,13 @@
 //! The whole MLS-MPM substep on the peers' falling cube.
 
-use std::collections::BTreeMap;
 use std::time::Instant;
 
 use physvideo::scene::Material;
 use physvideo::stages::mpm::{Method, Mpm, P2g};
 use physvideo::world::{Body, World, ground};
-use physvideo_gpu::{Command, Gpu, Recording};
+use physvideo_gpu::{Gpu, Recording};
+
+use crate::stages;
 
 fn cube(edge: usize, spacing: f32) -> World {
     let mut positions = Vec::new();
@@ -67,37 +68,12 @@ pub fn bench(gpu: &Gpu, edge: usize, spacing: f32, substeps: u32, repeats: usize
             m.height / m.mass,
             mpm.time()
         );
-        for (stage, ms) in stages(gpu, &mpm).map_err(say)? {
+        let mut substep = Recording::new("substep");
+        mpm.record_substep(&mut substep);
+        mpm.start_clock(1e-4 * 64.0).map_err(say)?;
+        for (stage, ms) in stages(gpu, substep).map_err(say)? {
             println!("    {stage:<16} {:>8.1} ns a particle", ms * 1e6 / count);
         }
     }
     Ok(())
-}
-
-/// Median device time of each kernel of a substep [ms].
-fn stages(gpu: &Gpu, mpm: &Mpm) -> Result<Vec<(String, f64)>, physvideo_gpu::GpuError> {
-    let mut plain = Recording::new("substep");
-    mpm.record_substep(&mut plain);
-    let mut timed = Recording::new("timed substep");
-    for command in plain.commands {
-        if let Command::Call { kernel, .. } = &command {
-            timed.section(kernel.name);
-        }
-        timed.commands.push(command);
-    }
-    mpm.start_clock(1e-4 * 64.0)?;
-    let prepared = gpu.prepare(&timed)?;
-    let mut all: BTreeMap<String, Vec<f64>> = BTreeMap::new();
-    for _ in 0..15 {
-        for t in prepared.submit()? {
-            all.entry(t.section).or_default().push(t.ms);
-        }
-    }
-    Ok(all
-        .into_iter()
-        .map(|(name, mut ms)| {
-            ms.sort_by(f64::total_cmp);
-            (name, ms[ms.len() / 2])
-        })
-        .collect())
 }

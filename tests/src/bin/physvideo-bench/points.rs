@@ -42,5 +42,8 @@ pub fn bench(gpu: &Gpu, points: usize, [width, height]: [u32; 2], repeats: usize
         .map_err(say)?;
     times.sort_by(f64::total_cmp);
     println!("{points} points, {width} x {height}: {:.2} ms a frame [best {:.2}]", times[times.len() / 2], times[0]);
+    for (stage, ms) in crate::stages(gpu, frame).map_err(say)? {
+        println!("    {stage:<16} {ms:>8.2} ms");
+    }
     Ok(())
 }
