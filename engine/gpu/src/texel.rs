@@ -2,7 +2,7 @@
 //!
 //! A texel buffer is a plain buffer read through the texture unit. On a software driver that is the only fast way to
 //! read at an address that differs from lane to lane: a vector comes by one unrolled gather, where a load from a
-//! storage buffer walks the lanes in a loop (`tools/bench loads`).
+//! storage buffer walks the lanes in a loop and takes an order of magnitude longer.
 
 const CAPABILITY: u32 = 17;
 const TYPE_IMAGE: u32 = 25;

@@ -1,6 +1,6 @@
 // Buffers read as texels of four words. On a software driver a load from a storage buffer at an address that differs
-// from lane to lane walks the lanes one by one; a texel comes by one gather, a tenth of the time
-// (`tools/bench kernels --only loads`). On GPUs both are alike.
+// from lane to lane walks the lanes one by one; a texel comes by one gather, in a tenth of the time. On GPUs both are
+// alike.
 
 fn texel(t: texture_1d<u32>, i: u32) -> vec4f {
     return bitcast<vec4f>(textureLoad(t, i, 0));
