@@ -32,7 +32,7 @@ fn main() {
 }
 
 /// The families: folders whose first file is a member of one.
-fn families(root: &Path) -> Result<Vec<(String, Vec<(String, u32)>)>, String> {
+fn families(root: &Path) -> Result<Vec<emit::Family>, String> {
     let mut found = Vec::new();
     for folder in expand::sorted(root)?.into_iter().filter(|p| p.is_dir()) {
         let first = expand::sorted(&folder)?.into_iter().next();

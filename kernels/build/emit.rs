@@ -6,8 +6,10 @@ use std::fmt::Write;
 use super::layout::Struct;
 use super::reflect::Kernel;
 
-/// `families`: name, and name and number of each member.
-pub fn emit(kernels: &[Kernel], families: &[(String, Vec<(String, u32)>)]) -> Result<String, String> {
+/// Name of a family, and name and number of each of its members.
+pub type Family = (String, Vec<(String, u32)>);
+
+pub fn emit(kernels: &[Kernel], families: &[Family]) -> Result<String, String> {
     let mut out = String::from("// Written by build.rs from kernels/wgsl. Do not edit.\n");
     let mut structs: BTreeMap<&str, &Struct> = BTreeMap::new();
     for kernel in kernels {

@@ -11,4 +11,5 @@ pub mod out_folder;
 pub mod progress;
 pub mod report;
 pub mod run;
+mod warm;
 pub mod writer;

@@ -21,6 +21,7 @@ use crate::load::Loaded;
 use crate::out_folder::{self, REPORT, VIDEO};
 use crate::progress::Progress;
 use crate::report::{Conservation, ObjectCount, Report, SCHEMA_VERSION, Status, Sums};
+use crate::warm;
 use crate::writer::{Job, Writer};
 
 /// Runs a scene.
@@ -47,9 +48,15 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<(), AppError> {
         ..Report::default()
     };
 
+    let kept = warm::read();
     // The device comes before the work on the photograph, so that a missing one is told at once.
     let gpu = if plan.runs("simulate") || plan.runs("render") {
-        let asked = Options { device: options.device.clone(), validation: options.validate, ..Options::default() };
+        let asked = Options {
+            device: options.device.clone(),
+            validation: options.validate,
+            pipeline_cache: kept.clone(),
+            ..Options::default()
+        };
         Some(Gpu::new(asked)?)
     } else {
         None
@@ -80,6 +87,9 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<(), AppError> {
     }
     out_folder::remove_earlier(&out);
     let ended = gpu.as_ref().map_or(Ok(()), |gpu| clip.play(gpu, &interrupt));
+    if let Some(gpu) = &gpu {
+        warm::keep(gpu, kept.len());
+    }
     clip.close(ended, gpu.as_ref(), begun, options.quiet)
 }
 

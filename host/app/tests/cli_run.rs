@@ -238,3 +238,22 @@ fn a_second_run_does_not_mix_with_the_first() {
     folder.run(&["--scene", "scene.toml", "--quiet", "--device", "abacus"]).expect(3, &[]);
     assert_eq!(folder.report("out/scene")["status"], "ok");
 }
+
+/// Compiled pipelines are kept for the next run; rubbish in their place, or no place at all, does no harm.
+#[test]
+fn pipelines_are_kept_between_runs() {
+    let folder = Folder::new();
+    folder.scene(FALL, &[]);
+    let kept = "cache/physvideo-engine/pipelines";
+    let run = || {
+        folder.run(&["--scene", "scene.toml", "--frames", "2", "--output", "frames"]).expect(0, &[]);
+        hashes(&folder.report("out/scene"), "frames")
+    };
+    let first = run();
+    assert!(!std::fs::read(folder.path(kept)).unwrap().is_empty());
+    folder.write(kept, [0xa5; 1000]);
+    assert_eq!(run(), first);
+    std::fs::remove_dir_all(folder.path("cache")).unwrap();
+    folder.write("cache", "a file where the folder should be");
+    assert_eq!(run(), first);
+}

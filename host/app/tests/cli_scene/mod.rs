@@ -128,6 +128,7 @@ impl Folder {
     pub fn command(&self, args: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_physvideo-engine"));
         command.current_dir(self.0.path()).args(args).stdin(Stdio::null());
+        command.env("XDG_CACHE_HOME", self.path("cache"));
         command
     }
 
