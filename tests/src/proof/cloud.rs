@@ -1,6 +1,6 @@
 //! Seeded particles in a grid that is different along each axis, so that mixed-up axes show. Knows no kernel.
 
-use physvideo_gpu::kernels::{Deformation, Grid, Particle};
+use physvideo_gpu::kernels::{Deformation, Grid, MEMBERS, Particle};
 
 use super::Ask;
 use crate::random::Random;
@@ -9,8 +9,10 @@ use crate::random::Random;
 pub const PINNED: u32 = 0x4000_0000;
 /// Taken out of the simulation.
 pub const QUARANTINED: u32 = 0x8000_0000;
-/// Bodies particles belong to.
-pub const BODIES: u32 = 3;
+/// Bodies particles belong to: one of each material, and one of a material there is not.
+pub fn body_count() -> usize {
+    MEMBERS.iter().filter(|m| m.family == "material").count() + 1
+}
 
 /// The grid of the proofs; its capacity is set by who uses it.
 pub fn grid() -> Grid {
@@ -85,7 +87,7 @@ fn particle(random: &mut Random) -> Particle {
     let row = |i: usize| [rows[i][0], rows[i][1], rows[i][2], stress[i]];
     Particle {
         x,
-        tag: random.below(BODIES as usize) as u32 | if random.chance(0.05) { PINNED } else { 0 },
+        tag: random.below(body_count()) as u32 | if random.chance(0.05) { PINNED } else { 0 },
         v: random.vector(1.0),
         m: random.range(0.5e-3, 1.5e-3),
         c0: row(0),

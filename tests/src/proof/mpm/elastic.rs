@@ -45,8 +45,10 @@ mod tests {
     #[test]
     fn stress_is_the_derivative_of_the_energy() {
         let f = Mat3::new(1.1, 0.2, -0.1, 0.05, 0.9, 0.3, -0.2, 0.1, 1.2);
-        for body in &bodies()[..2] {
+        let all = bodies();
+        for body in &all[..all.len() - 1] {
             let (tau, _) = stress(body, &f);
+            assert!(tau.norm() > 1.0, "material {} has no twin here", body.material);
             let p = tau * f.try_inverse().unwrap().transpose();
             for i in 0..9 {
                 let (mut more, mut less) = (f, f);

@@ -91,3 +91,20 @@ fn kind(field: &Field, x: Vec3, v: Vec3, t: f64) -> Vec3 {
         _ => Vec3::zeros(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use physvideo_gpu::kernels::MEMBERS;
+
+    use super::*;
+
+    #[test]
+    fn every_field_is_among_the_forces_and_has_a_twin() {
+        let all = forces();
+        for member in MEMBERS.iter().filter(|m| m.family == "field") {
+            let found = all.d.iter().find(|f| f.kind == member.kind);
+            let field = found.unwrap_or_else(|| panic!("{member:?} is not proved"));
+            assert!(kind(field, Vec3::new(0.1, 0.2, 0.3), Vec3::x(), 1.0).norm() > 0.0, "{member:?} has no twin here");
+        }
+    }
+}

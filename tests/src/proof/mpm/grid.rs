@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use physvideo_gpu::kernels::{Clock, Collider, Colliders, Grid};
+use physvideo_gpu::kernels::{Clock, Colliders, Grid};
 
 use super::{Vec3, obstacle, vec3};
 use crate::proof::cloud::{Cloud, grid};
@@ -38,7 +38,7 @@ pub(super) fn frame(ask: Ask) -> (Call, Lattice) {
     let cloud = Cloud::new(Ask { poison: false, ..ask });
     let sorted = Lattice::new(grid(), &cloud.particles, ask.seed);
     let slots = sorted.grid.capacity as usize;
-    let mut colliders = obstacles();
+    let mut colliders = obstacle::obstacles();
     if ask.seed % 2 == 1 {
         colliders.count = 0;
     }
@@ -69,56 +69,6 @@ pub(super) fn gifts(ask: Ask, count: usize) -> Vec<[f32; 4]> {
         }
     }
     given
-}
-
-/// One of each shape: sticking, separating, rubbing, at rest, moving, spinning, not yet and no longer moving.
-fn obstacles() -> Colliders {
-    let still = Collider { end: 1e9, ..Default::default() };
-    let tilted = Vec3::new(0.2, -0.1, 1.0).normalize();
-    let plane = Collider {
-        shape: 1,
-        friction: 0.4,
-        center: [0.0, 0.0, 0.181, 0.0],
-        size: [tilted[0] as f32, tilted[1] as f32, tilted[2] as f32, 0.0],
-        ..still
-    };
-    let spinning_box = Collider {
-        shape: 3,
-        friction: 0.2,
-        start: 0.1,
-        end: 2.0,
-        center: [-0.1, 0.3, 0.3, 0.0],
-        size: [0.12, 0.07, 0.05, 0.0],
-        velocity: [0.1, -0.05, 0.02, 0.0],
-        spin: [1.0, -2.0, 3.0, 0.0],
-        ..still
-    };
-    let sticky_ball = Collider {
-        shape: 2,
-        sticky: 1,
-        start: 0.0,
-        end: 3.0,
-        center: [0.1, 0.45, 0.35, 0.0],
-        size: [0.09, 0.0, 0.0, 0.0],
-        velocity: [-0.1, 0.0, 0.05, 0.0],
-        spin: [0.0, 0.0, 4.0, 0.0],
-        ..still
-    };
-    let parked = Collider { shape: 2, friction: 9.0, start: 0.0, end: 0.4, spin: [5.0, 1.0, 0.0, 0.0], ..sticky_ball };
-    let parked = Collider { sticky: 0, center: [-0.2, 0.2, 0.2, 0.0], size: [0.07, 0.0, 0.0, 0.0], ..parked };
-    let waiting = Collider { shape: 3, start: 2.0, end: 3.0, center: [0.3, 0.6, 0.4, 0.0], ..spinning_box };
-    let room = Collider {
-        shape: 4,
-        friction: 0.1,
-        center: [0.05, 0.4, 0.25, 0.0],
-        size: [0.331, 0.2703, 0.1901, 0.0],
-        spin: [0.0, 0.0, 0.1, 0.0],
-        ..still
-    };
-    let nothing = Collider { shape: 7, sticky: 1, ..still };
-    let mut all = Colliders { count: 7, ..Default::default() };
-    all.d[..7].copy_from_slice(&[plane, spinning_box, sticky_ball, parked, waiting, room, nothing]);
-    all
 }
 
 /// Momentum, mass and the sum of the momenta's sizes at nodes of the grid.

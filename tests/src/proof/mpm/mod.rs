@@ -16,9 +16,7 @@ pub mod spline;
 pub mod stress_case;
 
 use nalgebra::{Matrix3, Vector3};
-use physvideo_gpu::kernels::{Body, Deformation, Particle};
-
-use super::cloud::BODIES;
+use physvideo_gpu::kernels::{Body, Deformation, MEMBERS, Particle};
 
 /// A vector in f64.
 pub type Vec3 = Vector3<f64>;
@@ -51,10 +49,15 @@ pub fn gradient(d: &Deformation) -> Mat3 {
 }
 
 /// Bodies of the proofs: one of each material, and one of a material there is not, whose weight is carried.
-pub fn bodies() -> [Body; BODIES as usize] {
-    [
-        Body { material: 1, fields: 0b1011, mu: 900.0, lambda: 1500.0 },
-        Body { material: 2, fields: 0b1101, mu: 700.0, lambda: 400.0 },
-        Body { material: 9, fields: 1 << 31, mu: 800.0, lambda: 800.0 },
-    ]
+pub fn bodies() -> Vec<Body> {
+    let materials = MEMBERS.iter().filter(|m| m.family == "material").map(|m| m.kind);
+    let mut all: Vec<Body> = materials
+        .zip(0u32..)
+        .map(|(material, i)| {
+            let (mu, lambda) = (900.0 - 200.0 * (i % 3) as f32, 1500.0 - 1100.0 * (i % 2) as f32);
+            Body { material, fields: [0b1011, 0b1101][i as usize % 2] | 0xfff0, mu, lambda }
+        })
+        .collect();
+    all.push(Body { material: u32::MAX, fields: 1 << 31, mu: 800.0, lambda: 800.0 });
+    all
 }
