@@ -88,7 +88,7 @@ impl<'gpu> Animation<'gpu> {
             Some(mpm) if self.frame > 0 => mpm.frame(1.0 / self.fps)?,
             _ => FrameStats::default(),
         };
-        self.frame += 1;
+        self.frame += u32::from(!stats.stopped);
         Ok(stats)
     }
 

@@ -71,6 +71,9 @@ pub struct Assembled {
     pub wall_ms: Vec<(&'static str, f64)>,
 }
 
+/// Least substep as a share of a frame.
+const LEAST_STEP: f32 = 1e-6;
+
 /// Something in the scene that cannot be built, at a key.
 fn at(key: String, message: impl ToString) -> Problem {
     Problem::new(Kind::Conflict, key, message.to_string())
@@ -154,6 +157,18 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         courant: scene.simulation.courant,
         force_dt: scene.simulation.force_dt,
     };
+    // Time is kept in f32: a step below its rounding would never reach the frame's end.
+    let (step, frame) = (world.step(), 1.0 / scene.output.fps);
+    if !world.bodies.is_empty() && step < frame * LEAST_STEP {
+        let key = if world.force_dt.is_some() { "simulation.force_dt" } else { "simulation" };
+        return Err(at(
+            key.into(),
+            format!(
+                "a substep of {step:e} s is too short for frames of {frame:e} s: at most a million fit. Make the \
+                 materials softer, the grid coarser, or the winds' drag smaller"
+            ),
+        ));
+    }
     Ok(Assembled { world, colors, object_of, statics, view, camera, size, notes, wall_ms })
 }
 

@@ -41,8 +41,7 @@ pub fn estimate(scene: &Scene, assembled: &Assembled, plan: &Plan, two_pass: boo
     let points = points(scene, assembled);
     let drawing_bytes =
         if plan.runs("render") { drawing(scene, assembled, plan, points, particles, two_pass) } else { 0 };
-    let wave = world.bodies.iter().map(crate::world::Body::wave_speed).fold(0.0, f32::max);
-    let dt = world.force_dt.unwrap_or(world.courant * world.dx / wave);
+    let dt = world.step();
     let substeps = if particles > 0 { (1.0 / f64::from(scene.output.fps) / f64::from(dt)).ceil() } else { 0.0 };
     Estimate {
         particles,

@@ -26,6 +26,23 @@ pub struct World {
     pub force_dt: Option<f32>,
 }
 
+impl World {
+    /// Longest step that an explicit drag of the wind stands [s], 0 without wind: half of what makes it overshoot.
+    pub fn longest_step(&self) -> f32 {
+        let winds = self.fields.iter().filter(|f| f.kind == kernels::family::field::WIND);
+        let drag = winds.map(|f| f.p0).fold(0.0, f32::max);
+        if drag > 0.0 { 0.5 / drag } else { 0.0 }
+    }
+
+    /// Substep at the start, when nothing moves faster than the waves [s].
+    pub fn step(&self) -> f32 {
+        let wave = self.bodies.iter().map(Body::wave_speed).fold(0.0, f32::max);
+        let waves = self.courant * self.dx / wave;
+        let longest = self.longest_step();
+        self.force_dt.unwrap_or(if longest > 0.0 { waves.min(longest) } else { waves })
+    }
+}
+
 /// Bit of a body's fields: its weight is carried from the start (`CARRIED` in WGSL).
 const CARRIED: u32 = 0x8000_0000;
 

@@ -70,6 +70,8 @@ pub enum Feature {
     FloatAtomic,
     /// 16-bit floats.
     Float16,
+    /// Workgroup memory that the driver sets to zero; without it kernels do so themselves, and compile longer.
+    ZeroedWorkgroup,
 }
 
 /// A member of a family of functions (`material`, `field`, `shape`), of which a scene compiles those it uses.

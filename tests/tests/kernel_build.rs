@@ -195,7 +195,7 @@ fn one_struct_name_has_one_layout() {
 #[test]
 fn a_second_reader_finds_the_same_bindings() {
     for kernel in KERNELS {
-        let words = compile(kernel, kernel.source, &Constants::none(), false).unwrap();
+        let words = compile(kernel, kernel.source, &Constants::none(), false, true).unwrap();
         let read = Reflection::new_from_spirv(bytemuck::cast_slice(&words)).unwrap();
         let sets = read.get_descriptor_sets().unwrap();
         assert_eq!(sets.keys().copied().collect::<Vec<_>>(), [0], "{}: sets", kernel.name);

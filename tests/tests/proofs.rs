@@ -1,7 +1,7 @@
 //! Every kernel against its f64 twin on the device, under validation.
 
 use physvideo_gpu::kernels::KERNELS;
-use physvideo_gpu::{Gpu, Options};
+use physvideo_gpu::{Feature, Gpu, Options};
 use physvideo_tests::device;
 use physvideo_tests::proof::harness::{SIZES, prove, repeat, time};
 use physvideo_tests::proof::{Ask, CASES, find};
@@ -105,4 +105,17 @@ fn a_case_can_be_timed() {
     let row = time(&gpu, find("mpm/p2g").unwrap(), 1000, 3).unwrap();
     assert!(row.ms > 0.0 && row.ns > 0.0 && row.gigabytes > 0.0 && row.gigaflops > 0.0, "{row:?}");
     assert!(row.error > 0.0, "an f32 kernel without any error was not compared: {row:?}");
+}
+
+/// Where the driver does not zero workgroup memory, the kernels do.
+#[test]
+fn workgroup_memory_starts_at_zero_either_way() {
+    let without = vec![Feature::ZeroedWorkgroup];
+    let gpu = device::open(Options { without, ..device::options() });
+    for name in ["cells/range", "mpm/g2p", "mpm/grid", "mpm/grid_rows", "mpm/p2g_fixed"] {
+        let case = find(name).unwrap();
+        for seed in 0..2 {
+            prove(&gpu, case, Ask { items: 1000, seed, poison: false }).unwrap();
+        }
+    }
 }

@@ -176,7 +176,12 @@ fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice, index: usize
     let mut features12 = vk::PhysicalDeviceVulkan12Features::default();
     let mut atomic = vk::PhysicalDeviceShaderAtomicFloatFeaturesEXT::default();
     let has_atomic = has_extension(instance, physical, ash::ext::shader_atomic_float::NAME);
+    let mut zero = vk::PhysicalDeviceZeroInitializeWorkgroupMemoryFeatures::default();
+    let has_zero = has_extension(instance, physical, ash::khr::zero_initialize_workgroup_memory::NAME);
     let mut features2 = vk::PhysicalDeviceFeatures2::default().push_next(&mut features12);
+    if has_zero {
+        features2 = features2.push_next(&mut zero);
+    }
     if has_atomic {
         features2 = features2.push_next(&mut atomic);
     }
@@ -205,6 +210,9 @@ fn describe(instance: &ash::Instance, physical: vk::PhysicalDevice, index: usize
     }
     if features12.shader_float16 == vk::TRUE {
         features.push(Feature::Float16);
+    }
+    if zero.shader_zero_initialize_workgroup_memory == vk::TRUE {
+        features.push(Feature::ZeroedWorkgroup);
     }
     let heaps = unsafe { instance.get_physical_device_memory_properties(physical) };
     let memory = heaps.memory_heaps[..heaps.memory_heap_count as usize]
@@ -343,7 +351,6 @@ fn open_device(
         extensions.push(portability.as_ptr());
     }
     let base = vk::PhysicalDeviceFeatures::default().shader_int64(has(Feature::Int64));
-    // naga's workgroup arrays are zero-initialised by the driver where it can do so.
     let mut zero = vk::PhysicalDeviceZeroInitializeWorkgroupMemoryFeatures::default()
         .shader_zero_initialize_workgroup_memory(true);
     let mut features12 = vk::PhysicalDeviceVulkan12Features::default()
@@ -358,7 +365,7 @@ fn open_device(
         extensions.push(ash::ext::shader_atomic_float::NAME.as_ptr());
         create = create.push_next(&mut atomic);
     }
-    if has_extension(instance, physical, ash::khr::zero_initialize_workgroup_memory::NAME) {
+    if has(Feature::ZeroedWorkgroup) {
         extensions.push(ash::khr::zero_initialize_workgroup_memory::NAME.as_ptr());
         create = create.push_next(&mut zero);
     }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use ash::vk;
-use physvideo_kernels::{BindingInfo, KernelInfo};
+use physvideo_kernels::{BindingInfo, Feature, KernelInfo};
 
 use crate::device::Gpu;
 use crate::error::{GpuError, Named};
@@ -73,7 +73,8 @@ impl Pipelines {
     }
 }
 
-/// SPIR-V of a kernel's text with its overrides replaced.
+/// SPIR-V of a kernel's text with its overrides replaced. `zeroed`: the driver zeroes workgroup memory; else the kernel
+/// does, in a loop that takes drivers up to a second to compile.
 ///
 /// # Errors
 /// [`GpuError::Compile`] with what naga said and where.
@@ -82,8 +83,9 @@ pub fn compile(
     text: &str,
     constants: &Constants,
     bounds_checks: bool,
+    zeroed: bool,
 ) -> Result<Vec<u32>, GpuError> {
-    use naga::back::spv;
+    use naga::back::spv::{self, ZeroInitializeWorkgroupMemoryMode as Zero};
     use naga::proc::{BoundsCheckPolicies, BoundsCheckPolicy};
     let fail = |message: String| GpuError::Compile { kernel: kernel.name.into(), message };
     let module = naga::front::wgsl::parse_str(text).map_err(|e| fail(e.emit_to_string_with_path(text, kernel.name)))?;
@@ -100,8 +102,7 @@ pub fn compile(
         // Names, for validation messages and debuggers.
         flags: if cfg!(debug_assertions) { spv::WriterFlags::DEBUG } else { spv::WriterFlags::empty() },
         bounds_check_policies: BoundsCheckPolicies { index: policy, buffer: policy, ..Default::default() },
-        // The driver zeroes workgroup memory itself; naga's own loop takes a second to compile for 16 KB.
-        zero_initialize_workgroup_memory: spv::ZeroInitializeWorkgroupMemoryMode::Native,
+        zero_initialize_workgroup_memory: if zeroed { Zero::Native } else { Zero::Polyfill },
         // Costs 30 % in arithmetic loops and several times the compile time; kernels here have bounded loops.
         force_loop_bounding: false,
         use_storage_input_output_16: false,
@@ -131,7 +132,13 @@ impl Gpu {
                 device: self.info.name.clone(),
             });
         }
-        let spirv = compile(kernel, &self.text(kernel)?, &constants, self.options.bounds_checks)?;
+        let spirv = compile(
+            kernel,
+            &self.text(kernel)?,
+            &constants,
+            self.options.bounds_checks,
+            self.has(Feature::ZeroedWorkgroup),
+        )?;
         let device = &self.device;
         let bindings: Vec<_> = kernel
             .bindings

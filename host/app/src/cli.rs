@@ -8,12 +8,12 @@ use physvideo::scene::Until;
 use crate::progress::ProgressMode;
 
 const EXIT_CODES: &str = "\
-Exit codes: 0 done, 1 internal fault, 2 scene, usage or input data, 3 device or memory, 4 model, 5 numeric trouble, \
+Exit codes: 0 done, 1 internal fault, 2 scene, usage or input data, 3 device or memory, 5 numeric trouble, \
 7 output cannot be written, 130 interrupted.";
 
 /// Photographs and meshes to simulated, point-rendered video.
 #[derive(Debug, Parser)]
-#[command(name = "physvideo-engine", version, about, after_help = EXIT_CODES)]
+#[command(name = "physvideo-engine", version, after_help = EXIT_CODES)]
 #[command(args_conflicts_with_subcommands = true, arg_required_else_help = true)]
 pub struct Cli {
     /// What to do; without it `--scene` runs a scene.

@@ -10,7 +10,8 @@ use crate::error::AppError;
 pub struct Interrupt(Arc<AtomicBool>);
 
 impl Interrupt {
-    /// Listens for Ctrl-C from now on. The first asks the run to stop after its frame; the second stops the program.
+    /// Listens for Ctrl-C from now on. The first asks the run to stop, at the latest
+    /// after its frame; the second stops the program. A request to terminate counts as one.
     ///
     /// # Errors
     /// The system's refusal.
@@ -24,6 +25,11 @@ impl Interrupt {
         };
         ctrlc::set_handler(handler).map_err(|e| AppError::Internal(format!("cannot listen for Ctrl-C: {e}")))?;
         Ok(Self(asked))
+    }
+
+    /// What is true then, for loops inside a frame.
+    pub fn flag(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.0)
     }
 
     /// True once Ctrl-C was pressed.

@@ -239,7 +239,7 @@ impl Report {
             (c.velocity, "grid nodes were slowed down to one cell a substep"),
             (c.strain, "particle updates were limited to a stretch of one half in a substep"),
             (c.volume, "particle updates were kept from compressing below a twentieth of the volume"),
-            (c.rejected, "attempts at a frame were taken back and repeated with half the step"),
+            (c.rejected, "attempts at a frame were taken back and repeated with shorter steps"),
         ] {
             if count > 0 {
                 self.warnings.push(format!("{count} {what}"));

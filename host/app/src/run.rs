@@ -115,8 +115,11 @@ impl Clip<'_> {
         }
         let particles: u64 = self.report.particles.iter().map(|p| p.count).sum();
         self.progress.note(&format!(
-            "{} bodies, {particles} particles, {} MiB on {}",
-            self.report.particles.len(),
+            "{}, {particles} particles, {} MiB on {}",
+            match self.report.particles.len() {
+                1 => "1 body".to_owned(),
+                n => format!("{n} bodies"),
+            },
             estimate.bytes.div_ceil(1 << 20),
             gpu.info.name
         ));
@@ -148,6 +151,9 @@ impl Clip<'_> {
         }
         if self.plan.runs("render") {
             create_folder(&self.out.join("frames"))?;
+        }
+        if let Some(mpm) = &mut animation.mpm {
+            mpm.stop_when(interrupt.flag());
         }
         let played = self.frames(&mut animation, interrupt, points, &mut writer, &mut encoder);
         // Whatever happened, what was finished is kept.
@@ -185,6 +191,9 @@ impl Clip<'_> {
             let since = Instant::now();
             let stats = animation.advance()?;
             self.report.took("simulate", since);
+            if stats.stopped {
+                return Err(AppError::Interrupted { frames: frame, total, out: self.out.into() });
+            }
             self.report.count(&stats);
             self.check_frame(animation, frame, &stats)?;
             if let Some(format) = points {

@@ -201,6 +201,13 @@ fn a_step_that_is_too_long_is_never_silently_clean() {
 #[cfg(unix)]
 #[test]
 fn an_interrupted_run_keeps_its_frames_and_a_video_of_them() {
+    interrupt("-INT");
+    // What batch systems and containers send.
+    interrupt("-TERM");
+}
+
+#[cfg(unix)]
+fn interrupt(signal: &str) {
     let folder = Folder::new();
     folder.scene(FALL, &[("frames = 3", "frames = 100000")]);
     let mut command = folder.command(&["--scene", "scene.toml", "--json-progress"]);
@@ -212,7 +219,7 @@ fn an_interrupted_run_keeps_its_frames_and_a_video_of_them() {
         value["task"] == "frames" && value["done"].as_u64() > Some(0)
     });
     assert!(begun, "the run ended by itself");
-    let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    let kill = std::process::Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
     assert!(kill.success());
     let rest: Vec<String> = lines.map_while(Result::ok).collect();
     assert_eq!(child.wait().unwrap().code(), Some(130));
@@ -256,4 +263,36 @@ fn pipelines_are_kept_between_runs() {
     std::fs::remove_dir_all(folder.path("cache")).unwrap();
     folder.write("cache", "a file where the folder should be");
     assert_eq!(run(), first);
+}
+
+/// A frame of very many substeps is given up between two batches; the frames before it are kept.
+#[cfg(unix)]
+#[test]
+fn a_frame_that_takes_long_is_given_up() {
+    let folder = Folder::new();
+    folder.scene(FALL, &[("grid_density = 32", "grid_density = 32\nforce_dt = 1e-7")]);
+    let mut child = folder.command(&["--scene", "scene.toml", "--quiet"]).stderr(Stdio::piped()).spawn().unwrap();
+    // The first frame is the start itself, and is drawn at once; the second takes 400,000 substeps.
+    while !folder.path("out/scene/frames/frame_00000.png").exists() {
+        assert!(child.try_wait().unwrap().is_none(), "the run ended by itself");
+        std::thread::yield_now();
+    }
+    let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    let report = folder.report("out/scene");
+    assert_eq!((report["status"].as_str(), report["frames"].as_u64()), (Some("interrupted"), Some(1)));
+}
+
+/// Steps that time in f32 cannot count, and materials with hardly any stiffness, end in a sentence or at once.
+#[test]
+fn absurd_steps_are_refused_and_endless_ones_are_not_taken() {
+    let folder = Folder::new();
+    for (from, to) in [("young = 1e4", "young = 1e18"), ("grid_density = 32", "grid_density = 32\nforce_dt = 1e-12")] {
+        folder.scene(FALL, &[(from, to)]);
+        folder.run(&["plan", "scene.toml"]).expect(2, &["is too short for frames of"]);
+        folder.run(&["--scene", "scene.toml", "--quiet"]).expect(2, &["is too short for frames of"]);
+    }
+    folder.scene(FALL, &[("young = 1e4", "young = 1e-4")]);
+    folder.run(&["--scene", "scene.toml", "--quiet", "--frames", "2", "--output", "state"]).expect(0, &[]);
 }

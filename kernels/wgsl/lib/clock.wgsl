@@ -19,5 +19,6 @@ struct Clock {
     quarantined: atomic<u32>,
     particle_groups: vec3u,   // workgroups of 64 for per-particle kernels; x = 0 when the frame is done
     particles: u32,
+    longest: f32,         // [s] > 0: no step is longer, whatever the waves allow
     watch: u32,           // 1: a node that ran away or a particle that was lost ends the attempt
 }

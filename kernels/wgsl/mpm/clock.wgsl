@@ -34,9 +34,10 @@ fn main() {
     }
     // Bits above those of the largest finite number are no speed: NaN would stop the clock for ever.
     let speed = bitcast<f32>(min(atomicExchange(&clock.speed_bits, 0u), 0x7f7fffffu));
-    let limit = clock.courant * clock.dx / (clock.wave_speed + speed);
+    let waves = clock.courant * clock.dx / (clock.wave_speed + speed);
+    let limit = select(waves, min(waves, clock.longest), clock.longest > 0.0);
     // What is left is divided evenly, so that no frame ends with a sliver of a step.
-    let even = left / ceil(left / limit - 1e-3);
+    let even = left / max(1.0, ceil(left / limit - 1e-3));
     let dt = select(even, min(clock.force_dt, left), clock.force_dt > 0.0);
     clock.dt = dt;
     clock.substeps += 1u;

@@ -42,7 +42,14 @@ fn compile_by_running(gpu: &Gpu, kernel: &'static KernelInfo) -> Result<(), GpuE
 /// A device of the smallest sort: every kernel runs on it, or is refused by name before the driver sees it.
 #[test]
 fn a_device_without_optional_features_runs_or_refuses() {
-    let all = vec![Feature::Subgroup, Feature::Int64, Feature::Int64Atomic, Feature::FloatAtomic, Feature::Float16];
+    let all = vec![
+        Feature::Subgroup,
+        Feature::Int64,
+        Feature::Int64Atomic,
+        Feature::FloatAtomic,
+        Feature::Float16,
+        Feature::ZeroedWorkgroup,
+    ];
     let gpu = device::open(Options { without: all.clone(), ..device::options() });
     assert!(gpu.info.features.is_empty());
     let mut refused = 0;

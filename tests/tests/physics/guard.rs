@@ -4,6 +4,8 @@
 use physvideo::scene::Material;
 use physvideo::stages::mpm::FrameStats;
 use physvideo::world::{World, ground};
+use physvideo_gpu::kernels::Field;
+use physvideo_gpu::kernels::family::field::WIND;
 use physvideo_tests::device::gpu;
 
 use super::setup::{body, fill, solver, world};
@@ -51,4 +53,50 @@ fn a_forced_step_is_taken_at_its_word() {
     assert_eq!(frames.iter().map(|f| f.rejected).sum::<u32>(), 0);
     assert!(faults(&frames) > 0, "{frames:?}");
     assert!(!(blown < 1.15 * energy && blown > 0.85 * energy), "{blown} J, {energy} J with short steps");
+}
+
+/// Drag that would overshoot in a step of the waves: the step follows the drag, and the block takes the wind's speed,
+/// v = a (1 − exp(−k t)).
+#[test]
+fn strong_drag_shortens_the_step() {
+    let gpu = gpu();
+    let dx = 1.0 / 16.0;
+    let cube = fill(dx, [0.0; 3], [0.25; 3], |_| true);
+    let soft = body(Material::Elastic { young: 2e4, poisson: 0.3 }, 1000.0, dx, cube, |_| [0.0; 3]);
+    let mut w = world(vec![soft], dx, [-1.0; 3], [1.5; 3]);
+    let wind = |drag: f32| Field { kind: WIND, end: 1e9, p0: drag, a: [3.0, 0.0, 0.0, 0.0], ..Default::default() };
+    let speed = |w: &mut World, drag: f32| {
+        w.fields = vec![wind(drag)];
+        let mut mpm = solver(&gpu, w, true);
+        let stats = mpm.frame(0.01).unwrap();
+        let m = mpm.measure(0).unwrap();
+        (m.momentum[0] / m.mass, stats)
+    };
+    let (strong, stats) = speed(&mut w, 5000.0);
+    assert!((strong - 3.0).abs() < 1e-3 && faults(&[stats]) == 0, "{strong} m/s, {stats:?}");
+    // Control: weak drag has hardly begun, and takes the steps of the waves.
+    let (weak, slow) = speed(&mut w, 5.0);
+    assert!((weak - 3.0 * (1.0 - (-0.05f64).exp())).abs() < 5e-3, "{weak} m/s");
+    assert!(slow.substeps * 10 < stats.substeps, "{} and {} substeps", slow.substeps, stats.substeps);
+}
+
+/// A cloud that flies apart outgrows the room made for it: the frame is repeated with more, nothing is lost, and what
+/// was outgrown is given back.
+#[test]
+fn a_cloud_that_flies_apart_finds_room() {
+    let gpu = gpu();
+    let dx = 1.0 / 16.0;
+    let cloud = fill(dx, [-0.25; 3], [0.25; 3], |_| true);
+    let dust = body(Material::Elastic { young: 1.0, poisson: 0.0 }, 1000.0, dx, cloud, |x| x.map(|c| 30.0 * c));
+    let w = world(vec![dust], dx, [-4.0; 3], [4.0; 3]);
+    let mut mpm = solver(&gpu, &w, true);
+    let before = gpu.buffers();
+    let room = |all: &[(String, &str, u64)]| all.iter().find(|b| b.0 == "cells/rows").map(|b| b.2);
+    for _ in 0..5 {
+        assert_eq!(mpm.frame(0.05).unwrap().quarantined, 0);
+    }
+    let after = gpu.buffers();
+    assert!(room(&after) > room(&before), "it never outgrew its room: this test tests nothing");
+    assert_eq!(after.len(), before.len(), "buffers that were outgrown are still there");
+    assert_eq!(mpm.measure(0).unwrap().quarantined, 0);
 }

@@ -1,5 +1,7 @@
 //! A frame: batches of substeps until the device says that it is done, and the guard behind them.
 
+use std::sync::atomic::Ordering;
+
 use physvideo_gpu::kernels::Clock;
 use physvideo_gpu::{GpuError, Recording};
 
@@ -24,6 +26,8 @@ pub struct FrameStats {
     pub quarantined: u32,
     /// Attempts at the frame that were taken back and repeated with smaller steps.
     pub rejected: u32,
+    /// The frame was given up as [`Mpm::stop_when`] asked; nothing has moved.
+    pub stopped: bool,
 }
 
 /// Attempts at a frame that are taken back.
@@ -34,6 +38,10 @@ const MOST_REJECTED: u32 = 3;
 const SMALLER: f32 = 0.78;
 
 impl Mpm<'_> {
+    fn stopped(&self) -> bool {
+        self.stop.as_ref().is_some_and(|asked| asked.load(Ordering::Relaxed))
+    }
+
     /// Runs batches until the device says that `length` seconds have passed, or gives the attempt up.
     fn advance(&mut self, length: f32, watch: bool) -> Result<Clock, GpuError> {
         self.begin(length, watch)?;
@@ -43,7 +51,7 @@ impl Mpm<'_> {
                 batch.submit()?;
             }
             let clock = self.gpu.read(self.clock)?[0];
-            if clock.particle_groups[0] == 0 {
+            if clock.particle_groups[0] == 0 || self.stopped() {
                 return Ok(clock);
             }
         }
@@ -76,6 +84,11 @@ impl Mpm<'_> {
             let watch = self.guarded && stats.rejected < MOST_REJECTED;
             let clock = self.advance(length, watch)?;
             stats.substeps += clock.substeps;
+            if clock.particle_groups[0] > 0 {
+                self.gpu.run(&back)?;
+                stats.stopped = true;
+                return Ok(stats);
+            }
             let live = self.gpu.read(self.cells.live)?[0];
             let bad = clock.clamped_velocity + clock.quarantined > 0;
             if live.overflow + live.crowded > 0 {

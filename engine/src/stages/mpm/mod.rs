@@ -4,6 +4,9 @@
 mod frame;
 mod start;
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
 use bytemuck::Zeroable;
 use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Forces, Particle, Sums, mpm};
 use physvideo_gpu::{Buf, Constants, DeviceKind, Feature, Gpu, GpuError, Groups, Prepared, Recording};
@@ -16,7 +19,7 @@ use crate::world::World;
 /// How particles give to the grid. All three give the same sums up to rounding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum P2g {
-    /// A lane a cell, no atomics; same bits on every run. For CPU devices.
+    /// A lane a row of four cells, no atomics; same bits on every run. For CPU devices.
     Cell,
     /// A lane a particle, integer atomics in workgroup memory; same bits on every run. For GPUs.
     Fixed,
@@ -89,6 +92,8 @@ pub struct Mpm<'gpu> {
     courant: f32,
     wave_speed: f32,
     force_dt: f32,
+    longest: f32,
+    stop: Option<Arc<AtomicBool>>,
     /// Frames that go wrong are repeated with smaller steps.
     guarded: bool,
     speed: f32,
@@ -96,7 +101,7 @@ pub struct Mpm<'gpu> {
     ranges: Vec<std::ops::Range<u64>>,
 }
 
-/// Vectors of the fields and obstacles that fit in one scene.
+/// Fields, and obstacles, that fit in one scene.
 const MOST: usize = 16;
 
 impl<'gpu> Mpm<'gpu> {
@@ -165,6 +170,8 @@ impl<'gpu> Mpm<'gpu> {
             courant: world.courant,
             wave_speed: world.bodies.iter().map(crate::world::Body::wave_speed).fold(0.0, f32::max),
             force_dt: world.force_dt.unwrap_or(0.0),
+            longest: world.longest_step(),
+            stop: None,
             guarded: world.force_dt.is_none(),
             speed: speed.sqrt(),
             dx: world.dx,
@@ -188,6 +195,11 @@ impl<'gpu> Mpm<'gpu> {
     /// Which transfer is used.
     pub fn p2g(&self) -> P2g {
         self.p2g
+    }
+
+    /// Gives a frame up between two batches of substeps once this is true; the state stays that of the frame before.
+    pub fn stop_when(&mut self, asked: Arc<AtomicBool>) {
+        self.stop = Some(asked);
     }
 
     /// Simulated time [s].
@@ -300,6 +312,7 @@ impl<'gpu> Mpm<'gpu> {
             frame_length: length,
             dx: self.dx,
             courant: self.courant,
+            longest: self.longest,
             watch: u32::from(watch),
             wave_speed: self.wave_speed,
             force_dt: self.force_dt,

@@ -74,9 +74,11 @@ pub(super) fn initial_state(world: &World) -> (Vec<Particle>, Vec<Deformation>) 
         for (i, x) in body.positions.iter().enumerate() {
             let mut p = Particle::zeroed();
             p.x = *x;
-            p.v = body.velocities.get(i).copied().unwrap_or_default();
+            let pinned = body.pinned.get(i) == Some(&true);
+            // What is held does not move, whatever the rest of its body does.
+            p.v = if pinned { [0.0; 3] } else { body.velocities.get(i).copied().unwrap_or_default() };
             p.m = body.density * body.particle_volume;
-            p.tag = tag as u32 | if body.pinned.get(i) == Some(&true) { PINNED } else { 0 };
+            p.tag = tag as u32 | if pinned { PINNED } else { 0 };
             particles.push(p);
             let mut d = Deformation::zeroed();
             (d.f0[0], d.f1[1], d.f2[2]) = (1.0, 1.0, 1.0);

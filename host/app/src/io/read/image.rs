@@ -37,6 +37,9 @@ pub fn read_color_image(path: &Path) -> Result<ColorImage, ReadError> {
         [0xff, 0xd8, 0xff, ..] => ImageFormat::Jpeg,
         _ => return Err(ReadError::format(path, "a PNG or JPEG image")),
     };
+    if format == ImageFormat::Jpeg {
+        refuse_cut_jpeg(path)?;
+    }
     let image = decode(path, reader, format)?;
     let rgb = image.into_rgb8();
     Ok(ColorImage { width: rgb.width(), height: rgb.height(), rgb: rgb.into_raw() })
@@ -84,6 +87,17 @@ pub(super) fn png_kind(path: &Path, reader: &mut BufReader<File>) -> Result<Opti
         return Err(ReadError::damaged(path, "its PNG header is not valid"));
     }
     Ok(Some((colour_type, bits)))
+}
+
+/// The decoder fills what is missing of a JPEG with grey. A whole one has its end marker (FF D9) after the start of its
+/// last scan (FF DA); the data between cannot hold either, since every FF in it is followed by a zero.
+fn refuse_cut_jpeg(path: &Path) -> Result<(), ReadError> {
+    let bytes = std::fs::read(path).map_err(|e| ReadError::damaged(path, e))?;
+    let last = |marker: u8| bytes.windows(2).rposition(|w| w == [0xff, marker]);
+    match (last(0xda), last(0xd9)) {
+        (Some(scan), Some(end)) if end > scan => Ok(()),
+        _ => Err(ReadError::damaged(path, "it ends before its image does")),
+    }
 }
 
 /// Decodes an image of an allowed size.
