@@ -3,17 +3,18 @@
 
 use std::time::Instant;
 
-use physvideo_gpu::kernels::{Carrier, EdgePixel};
-use physvideo_gpu::{Buf, Gpu, GpuError, Recording};
+use physvideo_gpu::kernels::{Carrier, DepthMap, EdgePixel, points};
+use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Recording};
 
 use crate::assemble::{Assembled, View};
 use crate::backdrop::{self, FillError, FillSettings};
-use crate::geometry::{self, GeometryError};
+use crate::geometry::{self, GeometryError, PhotoData, SurfaceMap, WorldFromCamera};
 use crate::plan::Plan;
 use crate::scene::{Scene, Source};
 use crate::stages::display::{Carry, DisplayArrays, nothing, rgba};
 use crate::stages::mpm::{FrameStats, Method, Mpm, P2g};
 use crate::stages::render::{Background, Image, PointRenderer, RenderError, RenderSettings};
+use crate::stages::view;
 
 /// Why a clip cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -123,7 +124,7 @@ impl<'gpu> Animation<'gpu> {
 }
 
 fn draw(gpu: &Gpu, scene: &Scene, a: &Assembled, plan: &Plan, mpm: Option<&Mpm>) -> Result<Drawing, AnimateError> {
-    let mut arrays = display(scene, a)?;
+    let mut arrays = display(gpu, scene, a)?;
     let (background, behind) = match &a.view {
         Some(view) if scene.camera.is_none() => {
             let photo: Vec<u32> = view.photo.rgb.iter().map(|c| rgba(*c)).collect();
@@ -160,7 +161,12 @@ fn draw(gpu: &Gpu, scene: &Scene, a: &Assembled, plan: &Plan, mpm: Option<&Mpm>)
 }
 
 /// The points that are drawn: the pixels of objects seen in the photograph, the particles of all others.
-fn display(scene: &Scene, a: &Assembled) -> Result<DisplayArrays, AnimateError> {
+fn display(gpu: &Gpu, scene: &Scene, a: &Assembled) -> Result<DisplayArrays, AnimateError> {
+    let seen = match &a.view {
+        Some(View { photo, surfaces: Some(map), world, .. }) => unprojected(gpu, photo, map, world)?,
+        _ => Vec::new(),
+    };
+    let surface = |k: usize| ([seen[k][0], seen[k][1], seen[k][2]], seen[k][3]);
     let mut out = DisplayArrays::default();
     let mut push = |x: [f32; 3], radius: f32, color: [f32; 3], object: usize, carrier: Carrier| {
         out.points.push([x[0], x[1], x[2], radius]);
@@ -173,8 +179,8 @@ fn display(scene: &Scene, a: &Assembled) -> Result<DisplayArrays, AnimateError> 
     for (body, object) in a.world.bodies.iter().zip(&a.object_of) {
         let spacing = body.particle_volume.cbrt();
         match (&scene.objects[*object].source, &a.view) {
-            (Source::Mask { label, .. }, Some(View { photo, surfaces: Some(map), world, .. })) => {
-                let points = geometry::display_points(map, *label, &photo.rgb, world)?;
+            (Source::Mask { label, .. }, Some(View { photo, surfaces: Some(map), .. })) => {
+                let points = geometry::display_points(map, *label, &photo.rgb, surface)?;
                 let carriers = geometry::attach(&points.positions, &body.positions, spacing)?;
                 for (i, c) in carriers.iter().enumerate() {
                     let carrier = Carrier { particle: c.particle.map(|p| p + first), weight: c.weight };
@@ -195,10 +201,10 @@ fn display(scene: &Scene, a: &Assembled) -> Result<DisplayArrays, AnimateError> 
             push(*x, size * still.volume.cbrt(), *color, *object, nothing());
         }
     }
-    if let Some(View { photo, surfaces: Some(map), world, .. }) = &a.view {
+    if let Some(View { photo, surfaces: Some(map), .. }) = &a.view {
         for (index, object) in scene.objects.iter().enumerate() {
             if let (Source::Mask { label, .. }, None) = (&object.source, object.material) {
-                let points = geometry::display_points(map, *label, &photo.rgb, world)?;
+                let points = geometry::display_points(map, *label, &photo.rgb, surface)?;
                 for (i, x) in points.positions.iter().enumerate() {
                     push(*x, size * points.spacing[i], points.colors[i], index, nothing());
                 }
@@ -206,6 +212,28 @@ fn display(scene: &Scene, a: &Assembled) -> Result<DisplayArrays, AnimateError> 
         }
     }
     Ok(out)
+}
+
+/// World point and spacing of every pixel of the photograph, from the depth of its objects; zero where there is none.
+fn unprojected(
+    gpu: &Gpu,
+    photo: &PhotoData,
+    map: &SurfaceMap,
+    world: &WorldFromCamera,
+) -> Result<Vec<[f32; 4]>, AnimateError> {
+    let camera = view::of_photo(photo, world);
+    let call = points::Unproject {
+        depths: gpu.upload("unproject", "depths", &map.depth)?,
+        camera: gpu.upload("unproject", "camera", &[camera])?,
+        points: gpu.alloc("unproject", "points", map.depth.len() as u64)?,
+        immediates: DepthMap { width: map.width, height: map.height, spacing: 1.0 },
+    };
+    let mut rec = Recording::new("unproject");
+    rec.each(&call, &Constants::none(), map.depth.len() as u64);
+    gpu.run(&rec)?;
+    let points = gpu.read(call.points)?;
+    gpu.free_arena("unproject");
+    Ok(points)
 }
 
 /// How far beyond a mask its pixels may still hold the object's colour [px at the working size].

@@ -120,11 +120,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
     let size = frame_size(scene, view.as_ref());
     let camera = match (&scene.camera, &view) {
         (Some(camera), _) => view::look_at(camera, size.0, size.1),
-        (None, Some(v)) => {
-            let r = v.world.rotation;
-            let p = v.photo.principal;
-            view::camera([r.x_axis, r.y_axis, r.z_axis], v.world.translation, [v.photo.focal_px; 2], p)
-        }
+        (None, Some(v)) => view::of_photo(&v.photo, &v.world),
         (None, None) if plan.runs("render") => {
             return Err(at("camera".into(), "frames need a view: add [camera] with `eye` and `target`, or a [photo]"));
         }

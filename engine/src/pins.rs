@@ -47,7 +47,8 @@ pub fn pin(
             let (Some(label), Some(View { photo, surfaces: Some(map), world, .. })) = (label, view) else {
                 return Err(wrong(format!("a pin `near` needs '{object}' to be a mask of the photograph")));
             };
-            let points = geometry::display_points(map, label, &photo.rgb, world).map_err(|e| wrong(e.to_string()))?;
+            let point = geometry::surface_point(map, world);
+            let points = geometry::display_points(map, label, &photo.rgb, point).map_err(|e| wrong(e.to_string()))?;
             let near: Vec<Vec3> = points.positions.iter().map(|p| Vec3::from(*p)).collect();
             hold(&|x| near.iter().any(|p| p.distance_squared(x) <= distance * distance));
         }

@@ -109,7 +109,7 @@ fn leaves_become_a_few_thousand_particles_above_the_table() {
     for p in &particles.positions {
         assert!(p[2] > -0.01 && p[2] < 0.47 && p[1] > 1.1 && p[1] < 1.8 && p[0].abs() < 0.35, "{p:?}");
     }
-    let points = display_points(&map, LEAVES, &photo.rgb, &world).unwrap();
+    let points = display_points(&map, LEAVES, &photo.rgb, surface_point(&map, &world)).unwrap();
     let carriers = attach(&points.positions, &particles.positions, lattice.spacing).unwrap();
     // Almost every pixel lies on its body, the nearest particle within two spacings; whiskers are shaved off tips.
     let far = points

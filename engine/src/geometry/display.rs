@@ -32,7 +32,20 @@ pub struct Carrier {
     pub weight: [f32; 4],
 }
 
-/// One display point per pixel of `label`, in pixel order. `rgb` is the photograph, encoded, width × height.
+/// The world point of a pixel's surface [m], and the distance between neighbouring pixels there [m]. On the host: drawing
+/// takes all pixels at once from the kernel `points/unproject`.
+pub fn surface_point<'a>(
+    map: &'a SurfaceMap,
+    world: &'a WorldFromCamera,
+) -> impl Fn(usize) -> ([f32; 3], f32) + use<'a> {
+    |k| {
+        let position = world.to_world(map.camera.unproject(map.pixel_center(k), map.depth[k]));
+        (position.to_array(), map.depth[k] / map.camera.focal_px)
+    }
+}
+
+/// One display point per pixel of `label`, in pixel order, at `point(pixel)` with that spacing. `rgb` is the photograph,
+/// encoded, width × height.
 ///
 /// # Errors
 /// [`GeometryError::EmptyMask`], [`GeometryError::SizeMismatch`].
@@ -40,7 +53,7 @@ pub fn display_points(
     map: &SurfaceMap,
     label: u8,
     rgb: &[[u8; 3]],
-    world: &WorldFromCamera,
+    point: impl Fn(usize) -> ([f32; 3], f32),
 ) -> Result<DisplayPoints, GeometryError> {
     if rgb.len() != map.depth.len() {
         return Err(GeometryError::SizeMismatch {
@@ -52,11 +65,11 @@ pub fn display_points(
     }
     let mut points = DisplayPoints::default();
     for k in (0..map.labels.len()).filter(|&k| label != 0 && map.labels[k] == label) {
-        let position = world.to_world(map.camera.unproject(map.pixel_center(k), map.depth[k]));
+        let (position, spacing) = point(k);
         points.pixel.push(k as u32);
-        points.positions.push(position.to_array());
+        points.positions.push(position);
         points.colors.push(rgb[k].map(|c| f32::from(c) / 255.0));
-        points.spacing.push(map.depth[k] / map.camera.focal_px);
+        points.spacing.push(spacing);
     }
     if points.pixel.is_empty() { Err(GeometryError::EmptyMask { label }) } else { Ok(points) }
 }

@@ -17,7 +17,7 @@ mod volume;
 #[cfg(test)]
 mod aloe_tests;
 
-pub use display::{Carrier, DisplayPoints, attach, display_points};
+pub use display::{Carrier, DisplayPoints, attach, display_points, surface_point};
 pub use error::GeometryError;
 pub use ground::{GroundPlane, WorldFromCamera, find_ground};
 pub use mesh::TriangleMesh;

@@ -3,6 +3,8 @@
 use glam::Vec3;
 use physvideo_gpu::kernels::Camera;
 
+use crate::geometry::{PhotoData, WorldFromCamera};
+
 /// What is nearer than this is not drawn [m].
 pub const NEAR: f32 = 1e-3;
 
@@ -19,6 +21,12 @@ pub fn camera(axes: [Vec3; 3], eye: Vec3, focal: [f32; 2], center: [f32; 2]) -> 
         near: NEAR,
         ..Default::default()
     }
+}
+
+/// The camera that took a photograph.
+pub fn of_photo(photo: &PhotoData, world: &WorldFromCamera) -> Camera {
+    let r = world.rotation;
+    camera([r.x_axis, r.y_axis, r.z_axis], world.translation, [photo.focal_px; 2], photo.principal)
 }
 
 /// The camera of a scene for an image of `width` × `height` pixels, z up. Looking straight up or down, the top of the

@@ -133,7 +133,9 @@ impl<'a> Run<'a> {
             .filter(|o| o.material.is_none())
             .filter_map(|o| if let Source::Mask { label, .. } = o.source { Some(label) } else { None })
             .collect();
-        let points = geometry::display_points(surfaces, label, &photo.rgb, world).map_err(|e| e.to_string())?.positions;
+        let points = geometry::display_points(surfaces, label, &photo.rgb, geometry::surface_point(surfaces, world))
+            .map_err(|e| e.to_string())?
+            .positions;
         let spacing = body.particle_volume.cbrt();
         let carriers = geometry::attach(&points, &body.positions, spacing).map_err(|e| e.to_string())?;
         let (frames, particles) = frames(out, (photo.width, photo.height), body.positions.len())?;
