@@ -18,7 +18,7 @@ struct Tiles { d: array<vec4f> }
 @group(0) @binding(6) var forces: texture_1d<u32>;
 var<immediate> grid: Grid;
 
-// Momentum and mass of a node in units of a block's largest share, 2^20 steps each; 512 shares fit an i32 with room.
+// Momentum and mass of a node in units of a block's largest share, 2^20 steps each; 2,048 shares fit an i32.
 const STEPS: f32 = 1048576.0;
 
 var<workgroup> tile: array<atomic<i32>, 864>;
@@ -71,7 +71,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     atomicMax(&scale_bits, bitcast<u32>(top));
     atomicMax(&mass_bits, bitcast<u32>(heavy));
     workgroupBarrier();
-    // A block holds any number of particles; more than 1,500 at one node would overflow, so crowds get coarser steps.
+    // A block holds any number of particles, and all may reach one node: beyond 1,024 they get coarser steps.
     let steps = STEPS * min(1.0, 1024.0 / f32(max(last - first, 1u)));
     let unit = max(bitcast<f32>(atomicLoad(&scale_bits)), 1e-30);
     let weight = max(bitcast<f32>(atomicLoad(&mass_bits)), 1e-30);
