@@ -74,15 +74,18 @@ pub fn hold_loose(positions: &[[f32; 3]], reach: f32, pinned: &mut [bool]) -> Lo
         cells.entry(x.map(|c| (c / reach).floor() as i32)).or_default().push(i);
     }
     let mut loose = Loose::default();
-    while let Some(start) = cells.keys().next().copied() {
+    let starts: Vec<_> = cells.keys().copied().collect();
+    for start in starts {
         let (mut piece, mut front) = (Vec::new(), vec![start]);
         while let Some(at) = front.pop() {
             if let Some(members) = cells.remove(&at) {
                 piece.extend(members);
-                front.extend((0..27).map(|n| [at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1]));
+                // Far-away particles share the last cell there is; beyond it is none.
+                let steps = (0..27).map(|n| [n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1]);
+                front.extend(steps.map(|s| std::array::from_fn(|a| at[a].saturating_add(s[a]))));
             }
         }
-        if !piece.iter().any(|i| pinned[*i]) {
+        if !piece.is_empty() && !piece.iter().any(|i| pinned[*i]) {
             loose.pieces += 1;
             loose.particles += piece.len();
             piece.iter().for_each(|i| pinned[*i] = true);
@@ -109,5 +112,13 @@ mod tests {
         let before = pinned.clone();
         assert_eq!(hold_loose(&positions, 0.02, &mut pinned), Loose::default());
         assert_eq!(pinned, before);
+    }
+
+    /// Coordinates no cell can number are no reason to stop: who refuses them comes later.
+    #[test]
+    fn particles_out_of_all_bounds_are_one_piece() {
+        let positions = [[3e38, -3e38, 0.0], [1e30, -1e30, 0.0], [0.0; 3]];
+        let mut pinned = vec![false, false, true];
+        assert_eq!(hold_loose(&positions, 1e-3, &mut pinned), Loose { pieces: 1, particles: 2 });
     }
 }

@@ -34,10 +34,14 @@ impl World {
         if drag > 0.0 { 0.5 / drag } else { 0.0 }
     }
 
+    /// Fastest elastic wave of all bodies [m/s].
+    pub fn wave_speed(&self) -> f32 {
+        self.bodies.iter().map(Body::wave_speed).fold(0.0, f32::max)
+    }
+
     /// Substep at the start, when nothing moves faster than the waves [s].
     pub fn step(&self) -> f32 {
-        let wave = self.bodies.iter().map(Body::wave_speed).fold(0.0, f32::max);
-        let waves = self.courant * self.dx / wave;
+        let waves = self.courant * self.dx / self.wave_speed();
         let longest = self.longest_step();
         self.force_dt.unwrap_or(if longest > 0.0 { waves.min(longest) } else { waves })
     }

@@ -1,6 +1,7 @@
 //! Vulkan once: device, memory, pipelines, recordings, hazards, submission. Knows kernels, and nothing of
 //! what they simulate.
 
+mod choice;
 mod device;
 mod error;
 mod hazards;
@@ -10,7 +11,8 @@ mod recording;
 mod submit;
 mod texel;
 
-pub use device::{DeviceInfo, DeviceKind, Gpu, Options, choose_device, list_devices};
+pub use choice::{DeviceInfo, DeviceKind, choose_device, list_devices};
+pub use device::{Gpu, Options};
 pub use error::GpuError;
 pub use hazards::{Step, schedule};
 pub use physvideo_kernels as kernels;

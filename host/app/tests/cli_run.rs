@@ -103,7 +103,11 @@ fn what_nothing_needs_is_not_there() {
     assert_eq!(skipped(&full), ["photo", "surfaces", "world", "points", "backdrop"]);
     assert!(pipelines(&full).iter().any(|p| p.starts_with("points/")));
     assert!(pipelines(&full).iter().any(|p| p.starts_with("mpm/")));
-    assert!(!pipelines(&full).iter().any(|p| p == "mpm/prestress" || p == "points/uncover"), "{:?}", pipelines(&full));
+    assert!(
+        !pipelines(&full).iter().any(|p| p == "points/unproject" || p == "points/uncover"),
+        "{:?}",
+        pipelines(&full)
+    );
 
     assert!(pipelines(&state).iter().all(|p| !p.starts_with("points/")), "{:?}", pipelines(&state));
     assert!(skipped(&state).contains(&"render") && skipped(&state).contains(&"encode"));

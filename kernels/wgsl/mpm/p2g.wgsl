@@ -61,7 +61,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             order.d[j] = p;
         }
     }
-    // Nodes of the cell at hand; those it leaves behind are done.
+    // Nodes of the cell at hand; those it leaves behind are done. Each has a name: an array indexed at run time would
+    // live in memory, and takes drivers long to compile.
     var n000 = vec4f(0.0);
     var n100 = vec4f(0.0);
     var n200 = vec4f(0.0);

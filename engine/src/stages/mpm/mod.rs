@@ -168,7 +168,7 @@ impl<'gpu> Mpm<'gpu> {
             batch: None,
             time: 0.0,
             courant: world.courant,
-            wave_speed: world.bodies.iter().map(crate::world::Body::wave_speed).fold(0.0, f32::max),
+            wave_speed: world.wave_speed(),
             force_dt: world.force_dt.unwrap_or(0.0),
             longest: world.longest_step(),
             stop: None,

@@ -90,7 +90,7 @@ pub(super) fn png_kind(path: &Path, reader: &mut BufReader<File>) -> Result<Opti
 }
 
 /// The decoder fills what is missing of a JPEG with grey. A whole one has its end marker (FF D9) after the start of its
-/// last scan (FF DA); the data between cannot hold either, since every FF in it is followed by a zero.
+/// last scan (FF DA); the data between holds neither, since every FF in it is followed by a zero or a restart marker.
 fn refuse_cut_jpeg(path: &Path) -> Result<(), ReadError> {
     let bytes = std::fs::read(path).map_err(|e| ReadError::damaged(path, e))?;
     let last = |marker: u8| bytes.windows(2).rposition(|w| w == [0xff, marker]);
