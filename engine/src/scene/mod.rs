@@ -3,6 +3,7 @@
 mod body;
 mod effect;
 mod errors;
+mod flow;
 mod locate;
 mod model;
 mod output;
@@ -14,6 +15,7 @@ mod structure;
 
 pub use body::*;
 pub use effect::*;
+pub use flow::*;
 pub use errors::{Kind, Problem, SceneError, SceneErrors};
 pub use model::*;
 pub use output::*;
