@@ -2,7 +2,7 @@
 //! where either comes from.
 
 use physvideo_gpu::kernels::{self, latent};
-use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Recording};
+use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Kernel, Recording};
 
 use crate::flow::{FlowStep, SdeStep};
 
@@ -38,7 +38,6 @@ pub struct LatentStats {
 }
 
 /// A latent of `elements` = channels × cells numbers in the order [C, T, h, w]; `cells` = T h w.
-#[derive(Debug)]
 pub struct LatentSpace<'gpu> {
     gpu: &'gpu Gpu,
     elements: u64,
@@ -56,6 +55,7 @@ pub struct LatentSpace<'gpu> {
     update: Buf<f32>,
     free: Option<Buf<f32>>,
     partials: Buf<kernels::Partial>,
+    faults: Buf<kernels::Faults>,
 }
 
 /// What a latent space is made for.
@@ -117,6 +117,7 @@ impl<'gpu> LatentSpace<'gpu> {
             update: gpu.alloc(ARENA, "latent/update", cells)?,
             free: if setup.free.is_some() { Some(gpu.alloc(ARENA, "latent/free", cells)?) } else { None },
             partials: gpu.alloc(ARENA, "latent/partials", partials(elements))?,
+            faults: gpu.alloc(ARENA, "latent/faults", 1)?,
         };
         gpu.write(space.tensor.cast::<f32>(), elements, setup.tail)?;
         if let (Some(buf), Some(anchor)) = (space.anchor, setup.anchor) {
@@ -223,6 +224,7 @@ impl<'gpu> LatentSpace<'gpu> {
             conditional: self.predicted,
             unconditional: guided.unwrap_or(self.predicted),
             velocity,
+            faults: self.faults,
             immediates: kernels::Adapt {
                 count: self.elements as u32,
                 kp: reading.scale as f32,
@@ -366,7 +368,7 @@ impl<'gpu> LatentSpace<'gpu> {
             partials: self.partials,
             immediates: kernels::Stats { count: self.elements as u32, cells: self.cells as u32 },
         };
-        rec.each(&call, &Constants::none(), self.elements / 4);
+        rec.each(&call, &Constants::none(), self.elements.div_ceil(u64::from(STATS_EACH)));
     }
 
     fn read_stats(&self) -> Result<LatentStats, GpuError> {
@@ -387,8 +389,10 @@ fn halves(seed: u64) -> [u32; 2] {
     [seed as u32, (seed >> 32) as u32]
 }
 
+/// Elements a lane of `latent/stats` takes.
+const STATS_EACH: u32 = 32;
+
 /// Workgroups of `latent/stats`, each of which leaves one partial sum.
 fn partials(elements: u64) -> u64 {
-    use physvideo_gpu::Kernel;
-    (elements / 4).div_ceil(u64::from(<latent::Stats as Kernel>::INFO.workgroup[0]))
+    elements.div_ceil(u64::from(STATS_EACH * <latent::Stats as Kernel>::INFO.workgroup[0]))
 }
