@@ -29,8 +29,8 @@ pub struct NoiseKey {
 /// What a latent is like as a whole.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LatentStats {
-    /// How many elements were looked at.
-    pub count: u64,
+    /// Elements that are not finite; the others make mean and rms.
+    pub faults: u64,
     /// Mean.
     pub mean: f64,
     /// Root of the mean square; times √count it is the norm.
@@ -374,8 +374,9 @@ impl<'gpu> LatentSpace<'gpu> {
     fn read_stats(&self) -> Result<LatentStats, GpuError> {
         let partials = self.gpu.read(self.partials)?;
         let sum = |of: fn(&kernels::Partial) -> f32| partials.iter().map(|p| f64::from(of(p))).sum::<f64>();
-        let n = self.elements as f64;
-        Ok(LatentStats { count: self.elements, mean: sum(|p| p.sum) / n, rms: (sum(|p| p.squares) / n).sqrt() })
+        let faults = partials.iter().map(|p| u64::from(p.faults)).sum::<u64>();
+        let n = (self.elements - faults).max(1) as f64;
+        Ok(LatentStats { faults, mean: sum(|p| p.sum) / n, rms: (sum(|p| p.squares) / n).sqrt() })
     }
 }
 

@@ -90,6 +90,12 @@ pub struct RunOptions {
     /// What the scene says otherwise.
     #[command(flatten)]
     pub overrides: Overrides,
+    /// Folder of a network's model.toml in place of the scene's `flow.model`; it may lie anywhere.
+    #[arg(long, value_name = "DIR")]
+    pub model: Option<PathBuf>,
+    /// Begin the flow anew, whatever an interrupted run left.
+    #[arg(long)]
+    pub fresh: bool,
     /// Say nothing but warnings and errors.
     #[arg(long, conflicts_with = "json_progress")]
     pub quiet: bool,

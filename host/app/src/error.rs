@@ -10,10 +10,13 @@ use physvideo::stages::render::RenderError;
 use physvideo_gpu::GpuError;
 use thiserror::Error;
 
+use crate::flow::FlowError;
 use crate::io::{ReadError, WriteError};
 
 /// Exit code of a fault of the program itself.
 pub const INTERNAL: u8 = 1;
+/// Exit code of a run that the user stopped.
+pub const INTERRUPTED: u8 = 130;
 
 /// Why a command did not end well.
 #[derive(Debug, Error)]
@@ -46,6 +49,9 @@ pub enum AppError {
     /// The clip cannot be made.
     #[error(transparent)]
     Animate(AnimateError),
+    /// The flow did not come to its end.
+    #[error(transparent)]
+    Flow(#[from] FlowError),
     /// The simulation broke down.
     #[error("{0}")]
     Numeric(String),
@@ -89,12 +95,17 @@ impl AppError {
             Self::Animate(_) => 2,
             Self::Gpu(GpuError::Compile { .. } | GpuError::Call { .. }) => INTERNAL,
             Self::Gpu(_) | Self::Memory { .. } => 3,
-            Self::Numeric(_) => 5,
+            Self::Flow(FlowError::NotFinite { .. } | FlowError::Diverged { .. }) | Self::Numeric(_) => 5,
+            Self::Flow(FlowError::Net(e)) => net_code(e),
+            Self::Flow(FlowError::Gpu(GpuError::Compile { .. } | GpuError::Call { .. })) => INTERNAL,
+            Self::Flow(FlowError::Gpu(_) | FlowError::Memory { .. }) => 3,
+            Self::Flow(FlowError::Interrupted { .. }) => INTERRUPTED,
+            Self::Flow(FlowError::Sde(_) | FlowError::Input(_)) => 2,
             // What an encoder cannot take was asked for in the scene.
             Self::Write(WriteError::VideoLimit { .. }) => 2,
             Self::Write(WriteError::Shape { .. }) => INTERNAL,
             Self::Write(_) => 7,
-            Self::Interrupted { .. } => 130,
+            Self::Interrupted { .. } => INTERRUPTED,
             Self::Validation(_) | Self::Internal(_) => INTERNAL,
         }
     }
@@ -120,7 +131,7 @@ impl AppError {
                 let shown = messages.iter().try_for_each(|m| writeln!(to, "validation: {m}"));
                 shown.and_then(|()| writeln!(to, "error: {self}"))
             }
-            Self::Interrupted { .. } => writeln!(to, "{self}"),
+            Self::Interrupted { .. } | Self::Flow(FlowError::Interrupted { .. }) => writeln!(to, "{self}"),
             _ => writeln!(to, "error: {self}"),
         };
     }
