@@ -16,8 +16,8 @@ class Codec:
         self.order /= self.order.sum(axis=1, keepdims=True)
         self.quarters = (draw(channels, 3, 2, 2) * 0.6).astype("<f4")
         self.bias = (draw(channels) * 0.2).astype("<f4")
-        self.colour = (draw(3, channels) * 0.15 / np.sqrt(channels)).astype("<f4")
-        self.slope = (draw(3, channels) * 0.15 / np.sqrt(channels)).astype("<f4")
+        self.colour = (draw(3, channels) * 0.07 / np.sqrt(channels)).astype("<f4")
+        self.slope = (draw(3, channels) * 0.07 / np.sqrt(channels)).astype("<f4")
         ramp = lambda n, least: np.linspace(least, 1.0, n).astype("<f4")
         self.ramps = [ramp(temporal, 0.5), ramp(spatial, -1.0), ramp(spatial, -0.25)]
 
