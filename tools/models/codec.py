@@ -14,10 +14,11 @@ class Codec:
         draw = lambda *shape: rng.standard_normal(shape).astype("<f4")
         self.order = (np.abs(draw(3, temporal)) + 0.5).astype("<f4")  # weight of each frame of a group
         self.order /= self.order.sum(axis=1, keepdims=True)
-        self.quarters = (draw(channels, 3, 2, 2) * 0.6).astype("<f4")
+        self.quarters = (draw(4, 3, 2, 2) * 0.6).astype("<f4")
+        self.mix = (draw(channels, 4) * 0.5).astype("<f4")
         self.bias = (draw(channels) * 0.2).astype("<f4")
-        self.colour = (draw(3, channels) * 0.07 / np.sqrt(channels)).astype("<f4")
-        self.slope = (draw(3, channels) * 0.07 / np.sqrt(channels)).astype("<f4")
+        self.colour = (draw(3, channels) * 0.04 / np.sqrt(channels)).astype("<f4")
+        self.slope = (draw(3, channels) * 0.04 / np.sqrt(channels)).astype("<f4")
         ramp = lambda n, least: np.linspace(least, 1.0, n).astype("<f4")
         self.ramps = [ramp(temporal, 0.5), ramp(spatial, -1.0), ramp(spatial, -0.25)]
 
@@ -29,7 +30,8 @@ class Codec:
         x = np.einsum("ctjyx,cj->ctyx", x.reshape(3, frames // self.t, self.t, height, width), self.order)
         x = x.reshape(3, frames // self.t, height // half, half, width // half, half).mean(axis=(3, 5))
         x = x.reshape(3, frames // self.t, height // self.s, 2, width // self.s, 2)
-        return np.einsum("ctyixj,dcij->dtyx", x, self.quarters) + self.bias[:, None, None, None].astype(np.float64)
+        x = np.einsum("ctyixj,qcij->qtyx", x, self.quarters.astype(np.float64))
+        return np.einsum("dq,qtyx->dtyx", self.mix.astype(np.float64), x) + self.bias[:, None, None, None]
 
     def decode(self, z):
         """Raw latents [C,T,h,w] to frames [3,F,H,W] in the network's range, in f64."""
@@ -52,8 +54,9 @@ class Codec:
         x = g.op("Conv", x, order, group=3, kernel_shape=[self.t, 1, 1], strides=[self.t, 1, 1])
         half = [1, self.s // 2, self.s // 2]
         x = g.op("AveragePool", x, kernel_shape=half, strides=half)
-        quarters = g.weight(self.quarters.reshape(self.c, 3, 1, 2, 2))
-        x = g.op("Conv", x, quarters, g.weight(self.bias), kernel_shape=[1, 2, 2], strides=[1, 2, 2])
+        quarters = g.weight(self.quarters.reshape(4, 3, 1, 2, 2))
+        x = g.op("Conv", x, quarters, kernel_shape=[1, 2, 2], strides=[1, 2, 2])
+        x = g.op("Conv", x, g.weight(self.mix.reshape(self.c, 4, 1, 1, 1)), g.weight(self.bias), kernel_shape=[1, 1, 1])
         g.output(x, target["name"], target["dtype"], [1, self.c, "latents", "rows", "columns"])
         return g
 

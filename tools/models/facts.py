@@ -115,7 +115,8 @@ def cogvideox_schedule(t, h, w, steps=50):
     return np.concatenate([[0.0], (b / (a + b))[timesteps[::-1]]])
 
 
-#   grid: latents T, h, w of the sample; clip: frames of the encode test; size, frames: replace those of the manifest
+# grid: latents T, h, w of the sample; clip: frames of the encode test; levels: how many noise levels; size, frames:
+# replace those of the manifest.
 MODELS = {
     "framepack": dict(
         grid=(9, 2, 4), clip=5, tolerance=2e-5, schedule=framepack_schedule, steps=25,
@@ -135,7 +136,7 @@ MODELS = {
     ),
     "ltx-video-2b": dict(
         grid=(2, 2, 3), clip=9, tolerance=2e-5, schedule=ltx_schedule, steps=50,
-        inputs=lambda s, sigma: clamped(s, sigma, (8 / 25, 32.0, 32.0)), dtype="f32",
+        inputs=lambda s, sigma: clamped(s, sigma, (8 / 25, 32.0, 32.0)), dtype="f32", levels=1,
     ),
     "cogvideox-5b-i2v": dict(
         grid=(3, 2, 4), clip=5, tolerance=2e-3, schedule=cogvideox_schedule, steps=50,

@@ -28,7 +28,7 @@ class Session:
     def __init__(self, runtime, folder, role):
         self.runtime = runtime
         options = runtime.SessionOptions()
-        options.log_severity_level = 3
+        options.log_severity_level = 4  # mistakes made on purpose are refused loudly
         options.intra_op_num_threads = 1
         provider = ["CPUExecutionProvider"]
         self.sessions = [runtime.InferenceSession(folder / g["file"], options, providers=provider) for g in role["graphs"]]
@@ -145,6 +145,24 @@ class Feeder:
                 array = self.number(item, shape[source] if source in shape else level[source]())
             result[item["name"]] = (convert(array, item["dtype"]), item["dtype"])
         return result
+
+
+def mistakes(tensors):
+    """Yields (what, tensors) with one input wrong: scaled by a tenth, moved by 1, a token masked, an axis reversed."""
+    for name, (array, dtype) in tensors.items():
+        array = np.asarray(array)
+        wrong = {}
+        if dtype == "bool":
+            wrong["masked"] = array & (np.cumsum(array, axis=-1) < array.sum())
+        elif dtype in ("i64", "i32"):
+            wrong["moved"] = array + 1
+        else:
+            wrong["scaled"] = rounded(array * 1.1, dtype)
+        for axis in range(1, array.ndim):
+            if (array != np.flip(array, axis)).any():
+                wrong[f"axis {axis} reversed"] = np.flip(array, axis)
+        for what, other in wrong.items():
+            yield f"{name} {what}", {**tensors, name: (other, dtype)}
 
 
 def coefficients(prediction, sigma):

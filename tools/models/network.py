@@ -2,7 +2,7 @@
 
 Channels last, x[t,y,x] the main input (latents, and mask and image where they are concatenated), C latent channels:
 
-    h = V x,  s = D x[:C] + U [h, roll_x h, roll_y h, roll_t h] + B + G [tau, sin(10 tau)]     tau = timestep / 1000
+    h = V x,  s = D x[:C] + U [h, roll_x h, roll_y h, roll_t h] + B + G [tau, sin(30 tau)]     tau = timestep / 1000
       + sum over embeddings  P mean over tokens of (weight of the place) (mask) value
       + L guidance / 10000 + S (rope scale . [1, 1/64, 1/128])
       + sum over groups of clean latents  W sum_j K(index[t] - index_j) (Y clean_j[y,x]),     K(d) = 1 / (1 + (d/4)^2)
@@ -24,7 +24,7 @@ class Network:
         self.manifest = manifest
         self.inputs = manifest["velocity"]["inputs"]
         self.c = c = manifest["latent"]["channels"]
-        self.rank = rank = 4 if c <= 16 else 2
+        self.rank = rank = {16: 4, 48: 2}.get(c, 1)  # files stay small
         draw = lambda scale, *shape: (rng.standard_normal(shape) * scale).astype("<f4")
         main = self.inputs[0]
         widths = {"latents": c, "image": c, "mask": main.get("mask_channels", 0)}
@@ -37,7 +37,7 @@ class Network:
             if item.get("source") == "embedding" and not key.endswith("_mask"):
                 shape = embeddings[key].shape
                 self.places[key] = (1.0 / (1.0 + np.arange(shape[1]))).astype("<f4") if len(shape) == 3 else None
-                self.P[key] = draw(0.5, c, shape[-1])
+                self.P[key] = draw(1.0, c, shape[-1])
         self.L, self.S, self.E = draw(0.5, c), draw(0.3, c), draw(0.3, c)
         self.groups = [i for i in self.inputs if i["name"].startswith("clean_latents")]
         self.Y = [draw(0.3, rank, c) for _ in self.groups]
@@ -51,7 +51,7 @@ class Network:
         h = x @ self.V.T.astype(np.float64)
         h = np.concatenate([h] + [np.roll(h, 1, axis=axis) for axis in (2, 1, 0)], axis=-1)
         s = self.D * x[..., : self.c] + h @ self.U.T.astype(np.float64) + self.B
-        s = s + np.stack([tau, np.sin(10.0 * tau)], axis=-1) @ self.G.T.astype(np.float64)
+        s = s + np.stack([tau, np.sin(30.0 * tau)], axis=-1) @ self.G.T.astype(np.float64)
         for key, matrix in self.P.items():
             value = embeddings[key][0].astype(np.float64)
             if self.places[key] is not None:
@@ -119,7 +119,7 @@ class Network:
             tau = g.reshape(tau, 1, dim(1), dim(2), dim(3), 1)
         else:
             tau = g.reshape(tau, 1, 1, 1, 1, 1)
-        both = g.op("Concat", tau, g.op("Sin", g.op("Mul", tau, g.weight(10.0))), axis=4)
+        both = g.op("Concat", tau, g.op("Sin", g.op("Mul", tau, g.weight(30.0))), axis=4)
         return g.op("MatMul", both, g.weight(self.G.T.copy(), "G"))
 
     def context(self, g, value):
