@@ -19,7 +19,7 @@ class Codec:
         self.bias = (draw(channels) * 0.2).astype("<f4")
         self.colour = (draw(3, channels) * 0.04 / np.sqrt(channels)).astype("<f4")
         self.slope = (draw(3, channels) * 0.04 / np.sqrt(channels)).astype("<f4")
-        ramp = lambda n, least: np.linspace(least, 1.0, n).astype("<f4")
+        ramp = lambda n, least: (least + (1.0 - least) * np.arange(n) / (n - 1)).astype("<f4")
         self.ramps = [ramp(temporal, 0.5), ramp(spatial, -1.0), ramp(spatial, -0.25)]
 
     def encode(self, x):
