@@ -11,9 +11,9 @@ from graph import Graph
 class Codec:
     def __init__(self, channels, spatial, temporal, rng):
         self.c, self.s, self.t = channels, spatial, temporal
-        draw = lambda *shape: rng.standard_normal(shape).astype("<f4")
-        self.order = (np.abs(draw(3, temporal)) + 0.5).astype("<f4")  # weight of each frame of a group
-        self.order /= self.order.sum(axis=1, keepdims=True)
+        draw = lambda *shape: rng.standard_normal(shape)
+        order = np.abs(draw(3, temporal)) + 0.5  # weight of each frame of a group
+        self.order = (order / order.sum(axis=1, keepdims=True)).astype("<f4")
         self.quarters = (draw(4, 3, 2, 2) * 0.6).astype("<f4")
         self.mix = (draw(channels, 4) * 0.5).astype("<f4")
         self.bias = (draw(channels) * 0.2).astype("<f4")
