@@ -17,8 +17,8 @@ class Codec:
         self.quarters = (draw(4, 3, 2, 2) * 0.6).astype("<f4")
         self.mix = (draw(channels, 4) * 0.5).astype("<f4")
         self.bias = (draw(channels) * 0.2).astype("<f4")
-        self.colour = (draw(3, channels) * 0.04 / np.sqrt(channels)).astype("<f4")
-        self.slope = (draw(3, channels) * 0.04 / np.sqrt(channels)).astype("<f4")
+        self.colour = (draw(3, channels) * 0.04 / channels**0.5).astype("<f4")
+        self.slope = (draw(3, channels) * 0.04 / channels**0.5).astype("<f4")
         ramp = lambda n, least: (least + (1.0 - least) * np.arange(n) / (n - 1)).astype("<f4")
         self.ramps = [ramp(temporal, 0.5), ramp(spatial, -1.0), ramp(spatial, -0.25)]
 

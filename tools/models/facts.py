@@ -3,6 +3,8 @@
 Each function takes a sample (dict) and a noise level and returns the arguments of Network.reference, before the
 embeddings: so a manifest that says something else shows.
 """
+import math
+
 import numpy as np
 
 
@@ -101,12 +103,12 @@ def shifted(shift, steps, terminal=None):
 def framepack_schedule(t, h, w):
     """k_diffusion_hunyuan.py: calculate_flux_mu, get_flux_sigmas_from_mu."""
     mu = 0.5 + (1.15 - 0.5) / (4096 - 256) * (t * h * w // 4 - 256)
-    return shifted(np.exp(min(mu, np.log(7.0))), 25)
+    return shifted(math.exp(min(mu, math.log(7.0))), 25)
 
 
 def ltx_schedule(t, h, w):
     """pipeline_ltx_image2video.py calculate_shift with the scheduler's 0.95, 2.05, 1024, 4096."""
-    return shifted(np.exp(0.95 + (2.05 - 0.95) / (4096 - 1024) * (t * h * w - 1024)), 50, terminal=0.1)
+    return shifted(math.exp(0.95 + (2.05 - 0.95) / (4096 - 1024) * (t * h * w - 1024)), 50, terminal=0.1)
 
 
 def cogvideox_schedule(t, h, w, steps=50):

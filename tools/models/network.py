@@ -29,7 +29,7 @@ class Network:
         main = self.inputs[0]
         widths = {"latents": c, "image": c, "mask": main.get("mask_channels", 0)}
         self.width = width = sum(widths[part] for part in main.get("parts", ["latents"]))
-        self.V, self.U = draw(0.7 / np.sqrt(width), rank, width), draw(0.3, c, 4 * rank)
+        self.V, self.U = draw(0.7 / width**0.5, rank, width), draw(0.3, c, 4 * rank)
         self.D, self.B, self.G = draw(0.3, c) + np.float32(0.6), draw(0.2, c), draw(0.8, c, 2)
         self.places, self.P = {}, {}
         for item in self.inputs:
@@ -46,28 +46,29 @@ class Network:
 
     def reference(self, x, timestep, embeddings, guidance=None, rope=None, groups=()):
         """x [Cin,T,h,w], timestep a number or [T,h,w], groups [(latents [C,n,h,w], distances [T,n])]: [C,T,h,w] in f64."""
-        x = np.moveaxis(x.astype(np.float64), 0, -1)
-        tau = np.broadcast_to(np.asarray(timestep, dtype=np.float64) / 1000.0, x.shape[:3])
-        h = x @ self.V.T.astype(np.float64)
+        wide = lambda array: np.asarray(array, dtype=np.float64)
+        x = np.moveaxis(wide(x), 0, -1)
+        tau = np.broadcast_to(wide(timestep) / 1000.0, x.shape[:3])
+        h = x @ wide(self.V).T
         h = np.concatenate([h] + [np.roll(h, 1, axis=axis) for axis in (2, 1, 0)], axis=-1)
-        s = self.D * x[..., : self.c] + h @ self.U.T.astype(np.float64) + self.B
-        s = s + np.stack([tau, np.sin(30.0 * tau)], axis=-1) @ self.G.T.astype(np.float64)
+        s = wide(self.D) * x[..., : self.c] + h @ wide(self.U).T + self.B
+        s = s + np.stack([tau, np.sin(30.0 * tau)], axis=-1) @ wide(self.G).T
         for key, matrix in self.P.items():
-            value = embeddings[key][0].astype(np.float64)
+            value = wide(embeddings[key][0])
             if self.places[key] is not None:
-                mask = embeddings.get(key + "_mask", np.ones((1, len(value))))[0].astype(np.float64)
+                mask = wide(embeddings.get(key + "_mask", np.ones((1, len(value))))[0])
                 value = (self.places[key] * mask) @ value / mask.sum()
-            s = s + matrix.astype(np.float64) @ value
+            s = s + wide(matrix) @ value
         if guidance is not None:
-            s = s + self.L * (guidance / 10000.0)
+            s = s + wide(self.L) * (guidance / 10000.0)
         if rope is not None:
-            s = s + self.S * (ROPE @ np.asarray(rope))
+            s = s + wide(self.S) * (ROPE @ wide(rope))
         for (clean, distances), inner, outer in zip(groups, self.Y, self.W):
-            clean = np.moveaxis(clean.astype(np.float64), 0, -1) @ inner.T
+            clean = np.moveaxis(wide(clean), 0, -1) @ wide(inner).T
             near = np.einsum("tn,nyxr->tyxr", 1.0 / (1.0 + (distances / 4.0) ** 2), clean)
-            s = s + near @ outer.T.astype(np.float64)
+            s = s + near @ wide(outer).T
         if self.split:
-            s = s + self.E * np.roll(s, 1, axis=2)
+            s = s + wide(self.E) * np.roll(s, 1, axis=2)
         return np.moveaxis(s, -1, 0)
 
     def graphs(self):
