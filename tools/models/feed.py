@@ -35,7 +35,7 @@ class Session:
 
     def run(self, tensors, output):
         """tensors {name: (array, dtype)} to the array called `output`."""
-        values = {name: self.value(np.ascontiguousarray(array), dtype) for name, (array, dtype) in tensors.items()}
+        values = {name: self.value(np.asarray(array, order="C"), dtype) for name, (array, dtype) in tensors.items()}
         for session in self.sessions:
             names = [o.name for o in session.get_outputs()]
             feeds = {i.name: values[i.name] for i in session.get_inputs()}
