@@ -11,8 +11,8 @@ pub static CASE: Case = Case {
     inputs,
     compare,
     tolerance: 3e-7,
-    reason: "a lane adds eight of a component one by one, then pairs: at most a dozen roundings, which mostly cancel, \
-             relative to the sum of the sizes",
+    reason: "three rounds of eight numbers, one by one: at most two dozen roundings, which mostly cancel, relative to the \
+             sum of the sizes",
     unordered: &[],
     bytes: 2.0 * 16.0,
     flops: 10.0 * 4.0,
