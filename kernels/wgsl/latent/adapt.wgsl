@@ -28,18 +28,19 @@ override GUIDED: bool = false;
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let i = (group.y * groups.x + group.x) * 64u + lane;
-    if (i >= call.count >> 2u) { return; }
+    let given = call;
+    let turn = turn_of((group.y * groups.x + group.x) * 64u + lane, given.count);
+    let i = turn.i;
     var p = texel(conditional, i);
     if (GUIDED) {
         let u = texel(unconditional, i);
-        p = u + call.guidance * (p - u);
+        p = u + given.guidance * (p - u);
     }
-    let v = call.kp * p + call.kz * texel(z, i);
-    velocity.d[i] = v;
+    let v = given.kp * p + given.kz * texel(z, i);
+    if (turn.live) { velocity.d[i] = v; }
     let bad = select(vec4u(1u), vec4u(0u), finite(v));
     let many = bad.x + bad.y + bad.z + bad.w;
-    if (many > 0u) {
+    if (turn.live && many > 0u) {
         let before = select(select(select(3u, 2u, bad.z != 0u), 1u, bad.y != 0u), 0u, bad.x != 0u);
         atomicAdd(&faults.count, many);
         atomicMin(&faults.first, 4u * i + before);

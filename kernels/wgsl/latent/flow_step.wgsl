@@ -23,12 +23,14 @@ override HELD: bool = false;    // free is read
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let i = (group.y * groups.x + group.x) * 64u + lane;
-    if (i >= call.count >> 2u) { return; }
-    let old = z.d[i];
-    var step = call.a * texel(v, i);
-    if (TWO) { step += call.b * texel(w, i); }
+    let given = call;
+    let turn = turn_of((group.y * groups.x + group.x) * 64u + lane, given.count);
+    let i = turn.i;
+    var old = vec4f(0.0);
+    if (turn.live) { old = z.d[i]; }
+    var step = given.a * texel(v, i);
+    if (TWO) { step += given.b * texel(w, i); }
     var next = old + step;
-    if (HELD) { next = select(next, old, weights(free, i, call.cells) == vec4f(0.0)); }
-    z.d[i] = next;
+    if (HELD) { next = select(next, old, weights(free, i, given.cells) == vec4f(0.0)); }
+    if (turn.live) { z.d[i] = next; }
 }

@@ -1,8 +1,9 @@
+//! use lib/texel
 // From masks of pixels to a weight for each cell of a latent. Latent 0 is frame 0; latent k covers frames
 // temporal (k - 1) + 1 to temporal k, as far as there are so many. A cell covers spatial x spatial pixels, and
 // `reach` cells on every side of it, as far as the picture goes.
+//! texels layers: u32
 
-struct Words { d: array<u32> }
 struct Weights { d: array<f32> }
 struct MaskPool {
     frames: u32,
@@ -13,7 +14,7 @@ struct MaskPool {
     reach: u32,             // cells by which the mask grows (1 wins) or shrinks (0 wins)
     first: u32,             // 1: the weights begin at latent 0; 0: at latent 1
 }
-@group(0) @binding(0) var<storage, read> layers: Words;             // RGBA8, frame by frame; covered where alpha is not 0
+@group(0) @binding(0) var layers: texture_1d<u32>;                  // RGBA8, frame by frame; covered where alpha is not 0
 @group(0) @binding(1) var<storage, read_write> weights: Weights;    // [latent, row, column]
 var<immediate> call: MaskPool;
 
@@ -47,7 +48,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
         for (var row = top; row < bottom; row++) {
             let line = (frame * call.height + row) * call.width;
             for (var column = left; column < right; column++) {
-                covered += u32((layers.d[line + column] >> 24u) != 0u);
+                covered += u32((word(layers, line + column) >> 24u) != 0u);
             }
             seen += right - left;
             // Nothing can change any more.

@@ -22,17 +22,18 @@ override MASKED: bool = false;      // mask is read, else it is 0
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let i = (group.y * groups.x + group.x) * 64u + lane;
-    if (i >= call.count >> 2u) { return; }
-    let e = normals(call.seed, call.stream, call.iteration, i);
-    let forward = (1.0 - call.sigma) * texel(base, i) + call.sigma * e;
+    let given = call;
+    let turn = turn_of((group.y * groups.x + group.x) * 64u + lane, given.count);
+    let i = turn.i;
+    let e = normals(given.seed, given.stream, given.iteration, i);
+    var next = (1.0 - given.sigma) * texel(base, i) + given.sigma * e;
     if (MASKED) {
-        let m = weights(mask, i, call.cells);
-        let old = z.d[i];
+        let m = weights(mask, i, given.cells);
+        var old = vec4f(0.0);
+        if (turn.live) { old = z.d[i]; }
         // At both ends a choice, so that no NaN comes over from the other side.
-        let between = m * old + (1.0 - m) * forward;
-        z.d[i] = select(select(between, forward, m == vec4f(0.0)), old, m == vec4f(1.0));
-    } else {
-        z.d[i] = forward;
+        let between = m * old + (1.0 - m) * next;
+        next = select(select(between, next, m == vec4f(0.0)), old, m == vec4f(1.0));
     }
+    if (turn.live) { z.d[i] = next; }
 }

@@ -32,18 +32,20 @@ override TWO: bool = false;         // e_(n+1) is made
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let i = (group.y * groups.x + group.x) * 64u + lane;
-    if (i >= call.count >> 2u) { return; }
-    let old = z.d[i];
-    var drift = call.a * old + call.b * texel(v, i);
-    if (ANCHORED) { drift += call.m * texel(mu, i); }
+    let given = call;
+    let turn = turn_of((group.y * groups.x + group.x) * 64u + lane, given.count);
+    let i = turn.i;
+    var old = vec4f(0.0);
+    if (turn.live) { old = z.d[i]; }
+    var drift = given.a * old + given.b * texel(v, i);
+    if (ANCHORED) { drift += given.m * texel(mu, i); }
     var noise = vec4f(0.0);
-    if (NOISE) { noise = call.s0 * normals(call.seed, call.stream, call.iteration, i); }
-    if (TWO) { noise += call.s1 * normals(call.seed, call.stream, call.iteration + 1u, i); }
+    if (NOISE) { noise = given.s0 * normals(given.seed, given.stream, given.iteration, i); }
+    if (TWO) { noise += given.s1 * normals(given.seed, given.stream, given.iteration + 1u, i); }
+    var next = old + (drift + noise);
     if (MASKED) {
-        let d = weights(update, i, call.cells);
-        z.d[i] = select(old + (d * drift + sqrt(d) * noise), old, d == vec4f(0.0));
-    } else {
-        z.d[i] = old + (drift + noise);
+        let d = weights(update, i, given.cells);
+        next = select(old + (d * drift + sqrt(d) * noise), old, d == vec4f(0.0));
     }
+    if (turn.live) { z.d[i] = next; }
 }
