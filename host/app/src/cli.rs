@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use physvideo::scene::Until;
+use physvideo_net::Provider;
 
 use crate::progress::ProgressMode;
 
@@ -90,6 +91,12 @@ pub struct RunOptions {
     /// What the scene says otherwise.
     #[command(flatten)]
     pub overrides: Overrides,
+    /// ONNX Runtime's library [default: beside the program, else the system's].
+    #[arg(long, value_name = "PATH")]
+    pub ort_lib: Option<PathBuf>,
+    /// Where networks run.
+    #[arg(long, value_name = "WHERE")]
+    pub provider: Option<ProviderName>,
     /// Folder of a network's model.toml in place of the scene's `flow.model`; it may lie anywhere.
     #[arg(long, value_name = "DIR")]
     pub model: Option<PathBuf>,
@@ -114,6 +121,24 @@ impl RunOptions {
             (true, _) => ProgressMode::Quiet,
             (_, true) => ProgressMode::Json,
             _ => ProgressMode::Auto,
+        }
+    }
+}
+
+/// Where networks run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ProviderName {
+    /// The processor.
+    Cpu,
+    /// An NVIDIA card, where the library has it.
+    Cuda,
+}
+
+impl From<ProviderName> for Provider {
+    fn from(name: ProviderName) -> Self {
+        match name {
+            ProviderName::Cpu => Self::Cpu,
+            ProviderName::Cuda => Self::Cuda,
         }
     }
 }

@@ -8,6 +8,7 @@ use physvideo::animate::AnimateError;
 use physvideo::scene::{Kind, SceneErrors};
 use physvideo::stages::render::RenderError;
 use physvideo_gpu::GpuError;
+use physvideo_net::NetError;
 use thiserror::Error;
 
 use crate::flow::FlowError;
@@ -49,6 +50,9 @@ pub enum AppError {
     /// The clip cannot be made.
     #[error(transparent)]
     Animate(AnimateError),
+    /// A network, its library or its files.
+    #[error(transparent)]
+    Net(#[from] NetError),
     /// The flow did not come to its end.
     #[error(transparent)]
     Flow(#[from] FlowError),
@@ -76,6 +80,16 @@ pub enum AppError {
     Internal(String),
 }
 
+/// 2 usage, 3 memory, 4 model, 130 interrupted.
+fn net_code(error: &NetError) -> u8 {
+    match error.kind() {
+        physvideo_net::Kind::Usage => 2,
+        physvideo_net::Kind::Memory => 3,
+        physvideo_net::Kind::Model => 4,
+        physvideo_net::Kind::Interrupted => INTERRUPTED,
+    }
+}
+
 impl From<AnimateError> for AppError {
     fn from(error: AnimateError) -> Self {
         match error {
@@ -96,7 +110,7 @@ impl AppError {
             Self::Gpu(GpuError::Compile { .. } | GpuError::Call { .. }) => INTERNAL,
             Self::Gpu(_) | Self::Memory { .. } => 3,
             Self::Flow(FlowError::NotFinite { .. } | FlowError::Diverged { .. }) | Self::Numeric(_) => 5,
-            Self::Flow(FlowError::Net(e)) => net_code(e),
+            Self::Net(e) | Self::Flow(FlowError::Net(e)) => net_code(e),
             Self::Flow(FlowError::Gpu(GpuError::Compile { .. } | GpuError::Call { .. })) => INTERNAL,
             Self::Flow(FlowError::Gpu(_) | FlowError::Memory { .. }) => 3,
             Self::Flow(FlowError::Interrupted { .. }) => INTERRUPTED,

@@ -97,7 +97,7 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<(), AppError> {
     if let Some(gpu) = &gpu {
         clip.check_memory(gpu)?;
     }
-    clip.open_flow(&loaded, options)?;
+    clip.open_flow(&loaded, options, &interrupt)?;
     out_folder::remove_earlier(&out);
     let ended = gpu.as_ref().map_or(Ok(()), |gpu| {
         clip.play(gpu, &interrupt)?;

@@ -11,6 +11,7 @@ use super::stage::pool_of;
 use super::velocity::FlowError;
 use crate::device::host_memory;
 use crate::error::AppError;
+use crate::interrupt::Interrupt;
 use crate::load::Loaded;
 
 /// Where networks run, as the command line says.
@@ -71,7 +72,13 @@ pub fn size(flow: &Flow, manifest: &Manifest, frames: (u32, u32)) -> Result<(u32
 ///
 /// # Errors
 /// The library, the model's files, embeddings, or a size that does not fit.
-pub fn open(loaded: &Loaded, flow: &Flow, choice: &NetChoice, frames: (u32, u32)) -> Result<FlowModel, AppError> {
+pub fn open(
+    loaded: &Loaded,
+    flow: &Flow,
+    choice: &NetChoice,
+    frames: (u32, u32),
+    interrupt: &Interrupt,
+) -> Result<FlowModel, AppError> {
     let manifest = Manifest::read(&folder(loaded, flow, choice)?)?;
     let size = size(flow, &manifest, frames)?;
     let mut notes = Vec::new();
@@ -93,7 +100,8 @@ pub fn open(loaded: &Loaded, flow: &Flow, choice: &NetChoice, frames: (u32, u32)
         threads: None,
     };
     let runtime = Runtime::load(&library)?;
-    let options = OpenOptions { roles: &[Role::Encode, Role::Velocity, Role::Decode], available_memory: host_memory() };
+    let flag = interrupt.flag();
+    let options = OpenOptions { roles: &Role::ALL, available_memory: host_memory(), cancel: Some(&flag) };
     let model = Model::open(&runtime, manifest, &options)?;
     Ok(FlowModel { model, settings, size, notes })
 }

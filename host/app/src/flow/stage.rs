@@ -148,7 +148,7 @@ impl FlowRun {
     fn fingerprint(&self) -> String {
         let mut hash = Sha256::new();
         hash.update(format!("{:?} {:?} {:?}", self.settings, self.driving.size, self.flow.noise));
-        hash.update(self.model.manifest().fingerprint());
+        hash.update(format!("{:?}", self.model.manifest()));
         let d = &self.driving;
         for bytes in d.frames.iter().chain(&d.masks).chain([&d.image, &d.background]) {
             hash.update((bytes.len() as u64).to_le_bytes());

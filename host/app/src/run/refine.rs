@@ -16,7 +16,12 @@ use crate::out_folder::FLOW_VIDEO;
 
 impl Clip<'_> {
     /// Opens the network and, where the frames come from files, reads them; all before anything takes long.
-    pub(super) fn open_flow(&mut self, loaded: &Loaded, options: &RunOptions) -> Result<(), AppError> {
+    pub(super) fn open_flow(
+        &mut self,
+        loaded: &Loaded,
+        options: &RunOptions,
+        interrupt: &Interrupt,
+    ) -> Result<(), AppError> {
         let Some(flow) = self.scene.flow.as_ref().filter(|_| self.plan.runs("flow")) else { return Ok(()) };
         let choice = NetChoice {
             library: options.ort_lib.clone(),
@@ -28,7 +33,7 @@ impl Clip<'_> {
             None => None,
         };
         let frames = source.as_ref().and_then(|s| s.frames.first()).map_or(self.assembled.size, |f| f.size);
-        let opened = model::open(loaded, flow, &choice, frames)?;
+        let opened = model::open(loaded, flow, &choice, frames, interrupt)?;
         let mut run = FlowRun::new(self.scene, flow, opened, self.out, options.fresh);
         if let Some(source) = &source {
             run.take(source);
