@@ -1,13 +1,10 @@
 //! The inputs of the velocity network in a manifest: where each tensor comes from. Fills none.
 
+use super::constant::{constant, shape};
 use super::keys::{Item, Keys};
 use super::parse::{dtype, layout, path};
 use super::velocity::patch;
 use super::{ChunkSpec, Dtype, FirstLatent, LatentSpec, Layout};
-use crate::tensor::count;
-
-/// Most numbers of a constant in the manifest itself.
-const LARGEST_CONSTANT: usize = 1 << 20;
 
 /// A tensor the network reads.
 #[derive(Debug, Clone, PartialEq)]
@@ -192,6 +189,9 @@ fn input(
             .and_then(|(parts, joined)| latent_input(item, &mut keys, parts, joined, latent)),
         None => single(item, &mut keys, latent, chunk),
     };
+    if source.is_none() {
+        keys.give_up();
+    }
     if let (Some(dtype @ (Dtype::I64 | Dtype::I32 | Dtype::Bool)), Some(Source::Latent(_))) = (dtype, &source) {
         item.problem(format!("latents are floats, not {}", dtype.name()));
     }
@@ -360,44 +360,4 @@ fn latent_input(
         mask_channels: mask_channels?,
         image_fill: image_fill?,
     }))
-}
-
-fn shape(item: &Item<'_>) -> Option<Vec<usize>> {
-    let shape = item.sizes(0..=1 << 32)?;
-    if shape.len() > 8 || count(&shape).is_none_or(|n| n > 1 << 32) {
-        item.problem("is no shape of a tensor that fits in memory");
-        return None;
-    }
-    Some(shape)
-}
-
-fn constant(item: &Item<'_>, keys: &mut Keys<'_>) -> Option<Source> {
-    let (value, shape_item, file) = (keys.get("value"), keys.get("shape"), keys.get("file"));
-    match (value, file) {
-        (None, Some(file)) => {
-            if let Some(shape) = shape_item {
-                shape.problem("a file brings its own shape");
-            }
-            Some(Source::ConstantFile { file: path(&file)? })
-        }
-        (Some(value), None) => {
-            let values = if value.is_list() { value.numbers()? } else { vec![value.number()?] };
-            let usual = if value.is_list() { vec![values.len()] } else { Vec::new() };
-            let shape = shape_item.map_or(Some(usual), |i| shape(&i))?;
-            let wanted = count(&shape).filter(|&n| n <= LARGEST_CONSTANT);
-            match wanted {
-                None => value.problem("is too large for a manifest: use `file`"),
-                Some(n) if n != values.len() && value.is_list() => {
-                    value.problem(format!("has {} entries, and its shape {n}", values.len()));
-                    return None;
-                }
-                _ => {}
-            }
-            wanted.map(|_| Source::Constant { shape, values })
-        }
-        _ => {
-            item.problem("a constant has either `value` or `file`");
-            None
-        }
-    }
 }

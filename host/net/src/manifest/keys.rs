@@ -91,13 +91,14 @@ pub(super) struct Keys<'a> {
     span: Range<usize>,
     path: String,
     asked: Vec<&'static str>,
+    given_up: bool,
     found: &'a Found,
 }
 
 impl<'a> Keys<'a> {
     /// The whole document.
     pub fn root(document: &'a Spanned<DeTable<'a>>, found: &'a Found) -> Self {
-        Self { table: document.get_ref(), span: 0..0, path: String::new(), asked: Vec::new(), found }
+        Self { table: document.get_ref(), span: 0..0, path: String::new(), asked: Vec::new(), given_up: false, found }
     }
 
     /// The value of a key, if it is there.
@@ -118,6 +119,11 @@ impl<'a> Keys<'a> {
         item
     }
 
+    /// Takes back that unknown keys are reported: a reader gave up before it knew which keys belong here.
+    pub fn give_up(&mut self) {
+        self.given_up = true;
+    }
+
     /// Reports something about the table as a whole.
     pub fn problem(&self, message: impl Into<String>) {
         self.found.add(self.span.clone(), &self.path, message);
@@ -132,7 +138,7 @@ impl Drop for Keys<'_> {
     fn drop(&mut self) {
         for name in self.table.keys() {
             let text: &str = name.get_ref();
-            if !self.asked.contains(&text) {
+            if !self.given_up && !self.asked.contains(&text) {
                 let message = format!("unknown key `{text}`{}", nearest(text, &self.asked));
                 self.found.add(name.span(), &self.path_of(text), message);
             }
@@ -236,7 +242,7 @@ impl<'a> Item<'a> {
     pub fn table(&self) -> Option<Keys<'a>> {
         let DeValue::Table(table) = self.value else { return self.wrong("a table") };
         let (span, path, found) = (self.span.clone(), self.path.clone(), self.found);
-        Some(Keys { table, span, path, asked: Vec::new(), found })
+        Some(Keys { table, span, path, asked: Vec::new(), given_up: false, found })
     }
 
     pub fn list(&self) -> Option<Vec<Item<'a>>> {

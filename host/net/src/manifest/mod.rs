@@ -1,5 +1,6 @@
 //! What a manifest says about a model, as data. Opens no file but the manifest, and runs nothing.
 
+mod constant;
 mod grid;
 mod inputs;
 mod keys;
@@ -282,3 +283,6 @@ impl Manifest {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
