@@ -103,7 +103,7 @@ impl Case {
 
 /// The case's velocity as predictions of a network.
 pub struct Field<'a> {
-    case: &'a Case,
+    pub case: &'a Case,
     /// Noise levels it was asked for, in order.
     pub asked: Vec<f64>,
     /// What happens at an evaluation, by its number.
