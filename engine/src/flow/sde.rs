@@ -106,8 +106,7 @@ impl SdeRule {
         let paper = paper_beta(tau);
         let beta = beta.unwrap_or(paper);
         // Paper, eq. (general_sde), with v_ε = (μ − z)/τ; the terms in μ vanish at the paper's β.
-        let (a, b, m) =
-            (-gamma / tau + (beta - paper) * gamma / tau, beta * gamma, -(beta - paper) * gamma / tau);
+        let (a, b, m) = (-gamma / tau + (beta - paper) * gamma / tau, beta * gamma, -(beta - paper) * gamma / tau);
         match sde {
             Sde::EulerMaruyama => SdeStep { a, b, m, s0: (2.0 * gamma).sqrt(), s1: 0.0 },
             Sde::VarianceCorrected => {

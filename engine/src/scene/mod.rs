@@ -15,8 +15,8 @@ mod structure;
 
 pub use body::*;
 pub use effect::*;
-pub use flow::*;
 pub use errors::{Kind, Problem, SceneError, SceneErrors};
+pub use flow::*;
 pub use model::*;
 pub use output::*;
 pub use parse::parse;

@@ -91,7 +91,9 @@ impl<'gpu> LatentSpace<'gpu> {
         let refuse = |message: String| Err(GpuError::Call { kernel: ARENA.into(), message });
         if elements == 0 || cells == 0 || elements % 4 != 0 || elements % cells != 0 || u32::try_from(elements).is_err()
         {
-            return refuse(format!("a latent of {elements} numbers in channels of {cells}: it must be a multiple of 4"));
+            return refuse(format!(
+                "a latent of {elements} numbers in channels of {cells}: it must be a multiple of 4"
+            ));
         }
         let wrong = |found: Option<usize>, want: u64| found.is_some_and(|n| n as u64 != want);
         if wrong(setup.anchor.map(<[f32]>::len), elements) || wrong(setup.free.map(<[f32]>::len), cells) {

@@ -49,6 +49,9 @@ pub enum Command {
         /// Device to plan for: index or part of a name.
         #[arg(long, value_name = "NAME|INDEX")]
         device: Option<String>,
+        /// Folder of a network's model.toml in place of the scene's.
+        #[arg(long, value_name = "DIR")]
+        model: Option<PathBuf>,
     },
     /// Find everything that is wrong with a scene and its files, without a device.
     Check {

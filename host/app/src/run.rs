@@ -326,12 +326,7 @@ impl Clip<'_> {
     }
 
     /// Writes the report, tells what a user should know and passes on how the run ended.
-    fn close(
-        mut self,
-        ended: Result<(), AppError>,
-        gpu: Option<&Gpu>,
-        begun: Instant,
-    ) -> Result<(), AppError> {
+    fn close(mut self, ended: Result<(), AppError>, gpu: Option<&Gpu>, begun: Instant) -> Result<(), AppError> {
         if let Some(gpu) = gpu {
             self.report.pipelines = gpu.compiled().into_iter().map(str::to_owned).collect();
             self.report.memory.peak = gpu.memory_used().1;

@@ -9,7 +9,7 @@ use crate::array::Array;
 use crate::error::NetError;
 use crate::files::{Folder, PlainFile, sha256};
 use crate::library::Runtime;
-use crate::manifest::{FileSpec, GraphSpec, Load, RoleSpec};
+use crate::manifest::{FileSpec, GraphSpec, Load, Manifest, Role, RoleSpec};
 use crate::onnx::{self, GraphInfo};
 use crate::session::{Feed, Session, copy, copy_floats};
 
@@ -48,6 +48,21 @@ pub(crate) fn memory(folder: &Folder, role: &RoleSpec) -> Result<u64, NetError> 
         Load::Together => sizes.iter().fold(0, |sum, &size| sum.saturating_add(size)),
         Load::InTurn => sizes.iter().copied().max().unwrap_or(0),
     })
+}
+
+impl Manifest {
+    /// Bytes the networks of these roles take when loaded.
+    ///
+    /// # Errors
+    /// A role the model has not, or a file that is not there.
+    pub fn memory(&self, roles: &[Role]) -> Result<u64, NetError> {
+        let folder = Folder::new(&self.folder);
+        let spec = |role: &Role| {
+            let missing = || NetError::usage(format!("model {} has no {} network", self.name, role.name()));
+            self.role(*role).ok_or_else(missing)
+        };
+        roles.iter().try_fold(0u64, |sum, role| Ok(sum.saturating_add(memory(&folder, spec(role)?)?)))
+    }
 }
 
 impl Graph {

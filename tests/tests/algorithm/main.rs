@@ -106,11 +106,9 @@ fn guidance_combines_two_predictions() {
 #[test]
 fn predictions_of_every_kind_lead_to_the_same_latents() {
     let gpu = device::gpu();
-    for prediction in [
-        physvideo_net::Prediction::EpsMinusX0,
-        physvideo_net::Prediction::X0MinusEps,
-        physvideo_net::Prediction::VpV,
-    ] {
+    for prediction in
+        [physvideo_net::Prediction::EpsMinusX0, physvideo_net::Prediction::X0MinusEps, physvideo_net::Prediction::VpV]
+    {
         for solver in [Solver::Euler, Solver::Ab2] {
             let case = Case { prediction, solver, ..Case::default() };
             let got = run(&gpu, &case, &mut Field::new(&case)).unwrap();

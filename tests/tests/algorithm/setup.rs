@@ -161,12 +161,7 @@ pub struct Kept {
 }
 
 impl Watch for Kept {
-    fn finished(
-        &mut self,
-        phase: Phase,
-        done: u32,
-        _: &dyn Fn() -> Result<State, FlowError>,
-    ) -> Result<(), FlowError> {
+    fn finished(&mut self, phase: Phase, done: u32, _: &dyn Fn() -> Result<State, FlowError>) -> Result<(), FlowError> {
         self.steps.push((phase, done));
         match self.until {
             Some(until) if until == self.steps.len() => Err(FlowError::Interrupted { at: "a test".into() }),

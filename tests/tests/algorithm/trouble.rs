@@ -9,7 +9,8 @@ use super::setup::{Case, Field, Kept, Trouble, run, run_from};
 #[test]
 fn a_prediction_that_is_no_number_is_named_with_step_and_noise_level() {
     let gpu = device::gpu();
-    for (number, place, sigma) in [(3, "step 3 of the inversion", 2), (24, "step 4 of the SDE", 20), (31, "step 1 of", 20)]
+    for (number, place, sigma) in
+        [(3, "step 3 of the inversion", 2), (24, "step 4 of the SDE", 20), (31, "step 1 of", 20)]
     {
         let case = Case::default();
         let mut field = Field { at: Some((number, Trouble::Nan)), ..Field::new(&case) };

@@ -163,12 +163,7 @@ struct Run<'a, 'gpu> {
 }
 
 impl<'a, 'gpu> Run<'a, 'gpu> {
-    fn new(
-        gpu: &'gpu Gpu,
-        velocity: &'a mut dyn Velocity,
-        task: &'a Task,
-        guide: &Guide,
-    ) -> Result<Self, FlowError> {
+    fn new(gpu: &'gpu Gpu, velocity: &'a mut dyn Velocity, task: &'a Task, guide: &Guide) -> Result<Self, FlowError> {
         let guided = task.guidance.is_some() || task.inversion_guidance.is_some();
         let free: Option<Vec<f32>> = guide.held.as_ref().map(|held| held.iter().map(|h| 1.0 - h).collect());
         let setup = LatentSetup {
@@ -280,13 +275,7 @@ impl<'a, 'gpu> Run<'a, 'gpu> {
     }
 
     /// One step of F or F⁻¹; `before` is the noise level of the step before, when this phase has one.
-    fn flow(
-        &mut self,
-        from: Sigma,
-        to: Sigma,
-        before: Option<Sigma>,
-        guidance: Option<f64>,
-    ) -> Result<(), FlowError> {
+    fn flow(&mut self, from: Sigma, to: Sigma, before: Option<Sigma>, guidance: Option<f64>) -> Result<(), FlowError> {
         let (start, end) = (from.value(), to.value());
         let reading = self.predict(from, guidance)?;
         match self.task.solver {

@@ -139,8 +139,7 @@ impl Numbers<'_> {
     fn take(&mut self, count: usize) -> Option<Vec<f32>> {
         let (taken, rest) = self.0.split_at_checked(count.checked_mul(4)?)?;
         self.0 = rest;
-        let numbers: Vec<f32> =
-            taken.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
+        let numbers: Vec<f32> = taken.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
         numbers.iter().all(|n| n.is_finite()).then_some(numbers)
     }
 }

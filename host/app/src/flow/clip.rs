@@ -3,59 +3,21 @@
 use std::time::Instant;
 
 use physvideo::flow::SdeRule;
-use physvideo::scene::{Act, Continuation, Noise, Pool, Solver, Start};
+use physvideo::scene::{Act, Continuation, Noise, Pool};
 use physvideo::stages::latent::LatentStats;
 use physvideo::stages::latent_mask::{Pooling, pool};
 use physvideo_gpu::Gpu;
-use physvideo_net::{
-    Conditioning, Direction, Embeddings, FirstLatent, Grid, Model, Schedule, StepIndex, Tensor, VelocitySpec,
-};
+use physvideo_net::{Conditioning, Direction, FirstLatent, Grid, Model, Schedule, Tensor, VelocitySpec};
 use serde::Serialize;
 
 use super::algorithm::{Guide, Outcome, State, Task, Watch, phi_cf};
+use super::chunks::{Stretch, padding, stretches};
 use super::network::Network;
 use super::pixels::{Driving, from_tensor, to_tensor};
+use super::settings::Settings;
+use super::time::{join, replace_first, slice};
 use super::velocity::FlowError;
 use crate::interrupt::Interrupt;
-
-/// How a clip is made, with everything decided.
-#[derive(Clone, Debug)]
-pub struct Settings {
-    /// Which of the paper's stages.
-    pub act: Act,
-    /// Steps of the schedule; absent: the model's own.
-    pub steps: Option<usize>,
-    /// Step at which the SDE runs.
-    pub tau: StepIndex,
-    /// Iterations N.
-    pub iterations: u32,
-    /// Step size γ.
-    pub gamma: f64,
-    /// β; absent: the paper's.
-    pub beta: Option<f64>,
-    /// The SDE's integrator.
-    pub sde: physvideo::scene::Sde,
-    /// F and F⁻¹.
-    pub solver: Solver,
-    /// Inversion or noise.
-    pub start: Start,
-    /// How masks become cells.
-    pub pool: Pool,
-    /// Cells by which they grow or shrink.
-    pub reach: u32,
-    /// Guidance; absent: the model's own.
-    pub guidance: Option<f64>,
-    /// Guidance of the inversion.
-    pub inversion_guidance: f64,
-    /// Arrays of the prompt, and of what guidance leads away from.
-    pub embeddings: [Option<Embeddings>; 2],
-    /// What conditions later chunks.
-    pub continuation: Continuation,
-    /// Noise of the chunks.
-    pub noise: Noise,
-    /// Seed of the scene.
-    pub seed: u64,
-}
 
 /// What was done to a chunk.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -104,16 +66,6 @@ pub struct Clip<'a> {
     interrupt: &'a Interrupt,
     report: ClipReport,
     still: Option<(usize, Tensor)>,
-}
-
-/// A stretch of frames.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Stretch {
-    first: usize,
-    /// Frames of the clip in it.
-    frames: usize,
-    /// Frames given to the network: the last one is repeated.
-    padded: usize,
 }
 
 impl<'a> Clip<'a> {
@@ -209,7 +161,8 @@ impl<'a> Clip<'a> {
         let backward = chunk.direction == Direction::Backward;
         let image = self.driving.image.clone();
         let clean = self.encode(&[&image])?;
-        let whole = Stretch { first: 0, frames: self.driving.frames.len(), padded: 1 + chunks.len() * (chunk.frames - 1) };
+        let whole =
+            Stretch { first: 0, frames: self.driving.frames.len(), padded: 1 + chunks.len() * (chunk.frames - 1) };
         let encoded = self.encode(&self.frames(whole))?;
         let still = self.background(whole.padded)?;
         let mask = self.mask(whole)?;
@@ -285,10 +238,6 @@ impl<'a> Clip<'a> {
         let schedule = Schedule::new(&spec, grid)?;
         let soft = self.settings.pool == Pool::Share;
         let Settings { act, tau, iterations, gamma, beta, sde, solver, start, seed, noise, .. } = *self.settings;
-        if tau.0 > schedule.steps() {
-            let message = format!("flow.tau_step {} is beyond the schedule's {} steps", tau.0, schedule.steps());
-            return Err(FlowError::Input(message));
-        }
         let sigma = schedule.sigma(tau).value();
         let rule = SdeRule::new(sde, gamma, sigma, beta, soft)?;
         (self.report.sigma, self.report.beta) = (sigma, rule.beta.unwrap_or(physvideo::flow::paper_beta(sigma)));
@@ -307,8 +256,7 @@ impl<'a> Clip<'a> {
         )?;
         // A scale of 1 is the conditional prediction itself.
         let two = |scale: f64| inputs.cfg().map(|_| scale).filter(|s| *s != 1.0);
-        let (guidance, inversion_guidance) =
-            (inputs.cfg().and_then(two), two(self.settings.inversion_guidance));
+        let (guidance, inversion_guidance) = (inputs.cfg().and_then(two), two(self.settings.inversion_guidance));
         let stream = if noise == Noise::Shared { 0 } else { link.stream as u32 };
         let task = Task {
             act,
@@ -386,29 +334,6 @@ struct Link<'a> {
     image: &'a [u8],
 }
 
-fn stretches(frames: usize, chunk: usize, temporal: usize, fixed: bool) -> Vec<Stretch> {
-    let step = (chunk - 1).max(1);
-    let count = frames.saturating_sub(1).div_ceil(step).max(1);
-    let one = |k: usize| {
-        let first = k * step;
-        let frames = chunk.min(frames - first);
-        let padded = if fixed { chunk } else { 1 + (frames - 1).div_ceil(temporal) * temporal };
-        Stretch { first, frames, padded }
-    };
-    (0..count).map(one).collect()
-}
-
-/// Chunks that FramePack leaves room for between the image and chunk `k` of `count`; long clips squeeze the middle.
-fn padding(k: usize, count: usize) -> usize {
-    if count <= 4 || k <= 1 {
-        k
-    } else if k == count - 1 {
-        3
-    } else {
-        2
-    }
-}
-
 fn report(at: Stretch, outcome: &Outcome, act: Act, guide: &Guide) -> ChunkReport {
     let inside = guide.mask.iter().map(|m| f64::from(*m)).sum::<f64>() / guide.mask.len().max(1) as f64;
     ChunkReport {
@@ -419,68 +344,5 @@ fn report(at: Stretch, outcome: &Outcome, act: Act, guide: &Guide) -> ChunkRepor
         arithmetic_s: outcome.arithmetic_s,
         rms: outcome.stats.iter().map(|s: &LatentStats| s.rms).collect(),
         updated: if act == Act::Animate { inside } else { 1.0 - inside },
-    }
-}
-
-/// Latents `range` along time of [C, T, h, w].
-fn slice(tensor: &Tensor, range: std::ops::Range<usize>) -> Tensor {
-    let (frames, cells) = (tensor.shape[1], tensor.shape[2] * tensor.shape[3]);
-    let data = tensor.data.chunks_exact(frames * cells);
-    let data = data.flat_map(|c| c[range.start * cells..range.end * cells].iter().copied()).collect();
-    Tensor { shape: vec![tensor.shape[0], range.len(), tensor.shape[2], tensor.shape[3]], data }
-}
-
-/// Two stretches of latents one after the other in time.
-fn join(a: &Tensor, b: &Tensor) -> Tensor {
-    let size = |t: &Tensor| t.shape[1..].iter().product::<usize>();
-    let pairs = a.data.chunks_exact(size(a)).zip(b.data.chunks_exact(size(b)));
-    let data = pairs.flat_map(|(a, b)| a.iter().chain(b).copied()).collect();
-    Tensor { shape: vec![a.shape[0], a.shape[1] + b.shape[1], a.shape[2], a.shape[3]], data }
-}
-
-/// Latent 0 becomes the clean image's.
-fn replace_first(latent: &mut Tensor, clean: &Tensor) {
-    let cells = latent.shape[2] * latent.shape[3];
-    let channels = latent.data.chunks_exact_mut(latent.shape[1] * cells);
-    for (channel, clean) in channels.zip(clean.data.chunks_exact(cells)) {
-        channel[..cells].copy_from_slice(clean);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_clip_of_109_frames_is_three_chunks_that_share_frames() {
-        let all = stretches(109, 37, 4, false);
-        assert_eq!(all.iter().map(|s| (s.first, s.frames, s.padded)).collect::<Vec<_>>(), [
-            (0, 37, 37),
-            (36, 37, 37),
-            (72, 37, 37)
-        ]);
-        let short = stretches(40, 37, 4, false);
-        assert_eq!((short[1].first, short[1].frames, short[1].padded), (36, 4, 5));
-        assert_eq!(stretches(40, 37, 4, true)[1].padded, 37);
-        assert_eq!(stretches(1, 37, 4, false), [Stretch { first: 0, frames: 1, padded: 1 }]);
-        assert_eq!(stretches(37, 37, 4, false).len(), 1);
-    }
-
-    #[test]
-    fn framepack_leaves_room_as_its_authors_do() {
-        assert_eq!((0..3).rev().map(|k| padding(k, 3)).collect::<Vec<_>>(), [2, 1, 0]);
-        assert_eq!((0..6).rev().map(|k| padding(k, 6)).collect::<Vec<_>>(), [3, 2, 2, 2, 1, 0]);
-    }
-
-    #[test]
-    fn latents_are_cut_and_joined_along_time() {
-        let t = Tensor { shape: vec![2, 3, 1, 2], data: (0..12).map(|i| i as f32).collect() };
-        let (a, b) = (slice(&t, 0..1), slice(&t, 1..3));
-        assert_eq!(a.data, [0.0, 1.0, 6.0, 7.0]);
-        assert_eq!(join(&a, &b), t);
-        let mut c = t.clone();
-        replace_first(&mut c, &Tensor { shape: vec![2, 1, 1, 2], data: vec![-1.0; 4] });
-        assert_eq!(c.data[..3], [-1.0, -1.0, 2.0]);
-        assert_eq!(c.data[6..9], [-1.0, -1.0, 8.0]);
     }
 }

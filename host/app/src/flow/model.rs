@@ -1,12 +1,12 @@
 //! From `[flow]` of a scene to an opened model and settled settings, before anything is simulated, so that what is
 //! missing is told at once. Runs no network.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use physvideo::scene::{Flow, Start};
+use physvideo::scene::Flow;
 use physvideo_net::{Embeddings, LibraryChoice, Manifest, Model, OpenOptions, Provider, Role, Runtime, StepIndex};
 
-use super::clip::Settings;
+use super::settings::Settings;
 use super::stage::pool_of;
 use super::velocity::FlowError;
 use crate::device::host_memory;
@@ -86,24 +86,32 @@ pub fn open(
         let Some(path) = path else { return Ok(None) };
         Ok(Some(Embeddings::read(&loaded.resolve_at(key, path)?)?))
     };
-    let embeddings = [
-        file("flow.embeddings", &flow.embeddings)?,
-        file("flow.negative_embeddings", &flow.negative_embeddings)?,
-    ];
+    let embeddings =
+        [file("flow.embeddings", &flow.embeddings)?, file("flow.negative_embeddings", &flow.negative_embeddings)?];
     if !flow.prompt.is_empty() && embeddings[0].is_none() {
         notes.push("flow.prompt is kept in the report only: networks read flow.embeddings".into());
     }
     let settings = settings(flow, &manifest, embeddings, loaded.scene.seed)?;
-    let library = LibraryChoice {
-        path: choice.library.clone(),
-        provider: choice.provider.unwrap_or_default(),
-        threads: None,
-    };
+    let library =
+        LibraryChoice { path: choice.library.clone(), provider: choice.provider.unwrap_or_default(), threads: None };
     let runtime = Runtime::load(&library)?;
     let flag = interrupt.flag();
     let options = OpenOptions { roles: &Role::ALL, available_memory: host_memory(), cancel: Some(&flag) };
     let model = Model::open(&runtime, manifest, &options)?;
     Ok(FlowModel { model, settings, size, notes })
+}
+
+/// Refuses a step of the SDE beyond the schedule.
+pub(super) fn check_steps(flow: &Flow, manifest: &Manifest) -> Result<(), FlowError> {
+    let missing = || FlowError::Input(format!("model {} has no velocity network", manifest.name));
+    let all = flow.steps.map_or(manifest.velocity.as_ref().ok_or_else(missing)?.schedule.steps, |s| s as usize);
+    if flow.tau_step as usize <= all {
+        return Ok(());
+    }
+    Err(FlowError::Input(format!(
+        "flow.tau_step {} is beyond the {all} steps of the model's schedule: lower it, or set flow.steps",
+        flow.tau_step
+    )))
 }
 
 fn settings(
@@ -112,19 +120,13 @@ fn settings(
     embeddings: [Option<Embeddings>; 2],
     seed: u64,
 ) -> Result<Settings, FlowError> {
+    check_steps(flow, manifest)?;
     let (pool, reach) = pool_of(flow);
     let steps = flow.steps.map(|s| s as usize);
-    let missing = || FlowError::Input(format!("model {} has no velocity network", manifest.name));
-    let all = steps.unwrap_or(manifest.velocity.as_ref().ok_or_else(missing)?.schedule.steps);
-    let tau = flow.tau_step as usize;
-    if tau > all {
-        let message = format!("flow.tau_step {tau} is beyond the {all} steps of the model's schedule: lower it or set flow.steps");
-        return Err(FlowError::Input(message));
-    }
     Ok(Settings {
         act: flow.act,
         steps,
-        tau: StepIndex(tau),
+        tau: StepIndex(flow.tau_step as usize),
         iterations: flow.iterations,
         gamma: f64::from(flow.gamma),
         beta: flow.beta.map(f64::from),
@@ -140,17 +142,4 @@ fn settings(
         noise: flow.noise,
         seed,
     })
-}
-
-impl Settings {
-    /// Steps of inversion, SDE and generation of a chunk.
-    pub fn steps_of_chunk(&self) -> [u32; 3] {
-        let tau = self.tau.0 as u32;
-        [if self.start == Start::Inversion { tau } else { 0 }, self.iterations, tau]
-    }
-}
-
-/// The folder's name as users know the model.
-pub fn display(folder: &Path) -> String {
-    folder.file_name().map_or_else(|| folder.display().to_string(), |n| n.to_string_lossy().into_owned())
 }

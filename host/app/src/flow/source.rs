@@ -32,7 +32,8 @@ impl Source {
     /// Every file that cannot be used or does not fit the others, at its key in the scene.
     pub fn read(loaded: &Loaded, input: &FlowInput, most: usize) -> Result<Self, AppError> {
         let mut problems = Vec::new();
-        let mut report = |key: &str, text: String| problems.push(Problem::new(Kind::Path, format!("flow.input.{key}"), text));
+        let mut report =
+            |key: &str, text: String| problems.push(Problem::new(Kind::Path, format!("flow.input.{key}"), text));
         let frames = folder(loaded, &input.frames).and_then(|files| pictures(&files, most));
         let frames = frames.unwrap_or_else(|e| {
             report("frames", e);
@@ -91,7 +92,9 @@ fn folder(loaded: &Loaded, path: &Path) -> Result<Vec<PathBuf>, String> {
     files.sort();
     match files.len() {
         0 => Err(format!("{} holds no PNG file", folder.display())),
-        n if n > MOST_FRAMES => Err(format!("{} holds {n} PNG files, at most {MOST_FRAMES} are read", folder.display())),
+        n if n > MOST_FRAMES => {
+            Err(format!("{} holds {n} PNG files, at most {MOST_FRAMES} are read", folder.display()))
+        }
         _ => Ok(files),
     }
 }

@@ -13,9 +13,10 @@ use sha2::{Digest, Sha256};
 
 use super::algorithm::{Phase, State, Watch};
 use super::checkpoint::Checkpoint;
-use super::clip::{Clip, ClipReport, ClipWatch, Settings};
+use super::clip::{Clip, ClipReport, ClipWatch};
 use super::model::FlowModel;
 use super::pixels::{Driving, Pixels, scale_mask};
+use super::settings::Settings;
 use super::source::Source;
 use super::velocity::FlowError;
 use crate::error::AppError;
