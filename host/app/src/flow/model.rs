@@ -101,6 +101,11 @@ pub fn open(
     Ok(FlowModel { model, settings, size, notes })
 }
 
+/// The decimal that the scene's f32 was written as: 0.2, not 0.200000003.
+fn decimal(number: f32) -> f64 {
+    number.to_string().parse().unwrap_or(f64::from(number))
+}
+
 /// Refuses a step of the SDE beyond the schedule.
 pub(super) fn check_steps(flow: &Flow, manifest: &Manifest) -> Result<(), FlowError> {
     let missing = || FlowError::Input(format!("model {} has no velocity network", manifest.name));
@@ -128,15 +133,15 @@ fn settings(
         steps,
         tau: StepIndex(flow.tau_step as usize),
         iterations: flow.iterations,
-        gamma: f64::from(flow.gamma),
-        beta: flow.beta.map(f64::from),
+        gamma: decimal(flow.gamma),
+        beta: flow.beta.map(decimal),
         sde: flow.sde,
         solver: flow.solver,
         start: flow.start,
         pool,
         reach,
-        guidance: flow.guidance.map(f64::from),
-        inversion_guidance: f64::from(flow.inversion_guidance),
+        guidance: flow.guidance.map(decimal),
+        inversion_guidance: decimal(flow.inversion_guidance),
         embeddings,
         continuation: flow.continuation,
         noise: flow.noise,
