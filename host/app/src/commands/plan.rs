@@ -42,14 +42,16 @@ pub(super) fn plan(
         print(&format!("{:<12} {note}", "note"));
     }
     print(&numbers(&loaded, &plan, &estimate));
+    let mut latents = 0;
     if plan.runs("flow") {
         let frames = driven(&loaded, assembled.size)?;
         let choice = NetChoice { model: model.cloned(), ..NetChoice::default() };
         if let Some(outlook) = Outlook::new(&loaded, &choice, frames.0, frames.1)? {
+            latents = outlook.latent_bytes;
             print(&flow(&outlook));
         }
     }
-    print(&memory(&estimate, device));
+    print(&memory(&estimate, latents, device));
     Ok(())
 }
 
@@ -70,7 +72,7 @@ fn flow(outlook: &Outlook) -> String {
         outlook;
     format!(
         "{:<12} model {model} at {width} × {height}, latents {c} × {t} × {h} × {w}, {chunks} chunks, {nfe} evaluations, \
-         {latent_bytes} bytes of latents, {network_bytes} of networks",
+         networks of {network_bytes} bytes",
         "network"
     )
 }
@@ -110,13 +112,15 @@ fn most_pipelines(plan: &Plan) -> usize {
     kernels::KERNELS.iter().filter(|k| k.name.split_once('/').is_some_and(|(folder, _)| used(folder))).count()
 }
 
-fn memory(estimate: &Estimate, device: Result<DeviceInfo, GpuError>) -> String {
+fn memory(estimate: &Estimate, latents: u64, device: Result<DeviceInfo, GpuError>) -> String {
     let Estimate { bytes, simulation_bytes, drawing_bytes, .. } = estimate;
-    let need = format!("{bytes} bytes ({simulation_bytes} simulation, {drawing_bytes} drawing)");
+    let bytes = bytes + latents;
+    let latents = if latents > 0 { format!(", {latents} latents") } else { String::new() };
+    let need = format!("{bytes} bytes ({simulation_bytes} simulation, {drawing_bytes} drawing{latents})");
     match device {
         Ok(info) => {
             let available = device::available(&info);
-            let verdict = if *bytes <= available { "fits" } else { "does not fit" };
+            let verdict = if bytes <= available { "fits" } else { "does not fit" };
             format!("{:<12} {need}, {verdict} in {available} bytes on {}", "memory", info.name)
         }
         Err(e) => format!("{:<12} {need}; not compared: {e}", "memory"),
