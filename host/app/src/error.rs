@@ -8,6 +8,7 @@ use physvideo::animate::AnimateError;
 use physvideo::scene::{Kind, SceneErrors};
 use physvideo::stages::render::RenderError;
 use physvideo_gpu::GpuError;
+use physvideo_net::{Kind as NetKind, NetError};
 use thiserror::Error;
 
 use crate::io::{ReadError, WriteError};
@@ -30,6 +31,17 @@ pub enum AppError {
     /// The device refused.
     #[error(transparent)]
     Gpu(#[from] GpuError),
+    /// A network cannot be used.
+    #[error(transparent)]
+    Net(#[from] NetError),
+    /// Some of several models cannot be used; each was told before.
+    #[error("{bad} of {all} models cannot be used")]
+    Models {
+        /// How many cannot.
+        bad: usize,
+        /// How many were looked at.
+        all: usize,
+    },
     /// More memory than there is; nothing was allocated.
     #[error(
         "the run needs about {need} bytes of memory and {device} has {available} bytes available. Lower \
@@ -80,7 +92,7 @@ impl From<AnimateError> for AppError {
 }
 
 impl AppError {
-    /// 1 internal, 2 scene, usage or input data, 3 device or memory, 5 numeric, 7 output, 130 interrupted.
+    /// 1 internal, 2 scene, usage or input data, 3 device or memory, 4 model, 5 numeric, 7 output, 130 interrupted.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Scene(errors) if errors.iter().all(|e| e.problem().kind == Kind::Memory) => 3,
@@ -89,6 +101,13 @@ impl AppError {
             Self::Animate(_) => 2,
             Self::Gpu(GpuError::Compile { .. } | GpuError::Call { .. }) => INTERNAL,
             Self::Gpu(_) | Self::Memory { .. } => 3,
+            Self::Net(e) => match e.kind() {
+                NetKind::Model => 4,
+                NetKind::Memory => 3,
+                NetKind::Interrupted => 130,
+                NetKind::Usage => 2,
+            },
+            Self::Models { .. } => 4,
             Self::Numeric(_) => 5,
             // What an encoder cannot take was asked for in the scene.
             Self::Write(WriteError::VideoLimit { .. }) => 2,
