@@ -8,7 +8,7 @@ use physvideo::animate::AnimateError;
 use physvideo::scene::{Kind, SceneErrors};
 use physvideo::stages::render::RenderError;
 use physvideo_gpu::GpuError;
-use physvideo_net::NetError;
+use physvideo_net::{Kind as NetKind, NetError};
 use thiserror::Error;
 
 use crate::flow::FlowError;
@@ -34,6 +34,17 @@ pub enum AppError {
     /// The device refused.
     #[error(transparent)]
     Gpu(#[from] GpuError),
+    /// A network cannot be used.
+    #[error(transparent)]
+    Net(#[from] NetError),
+    /// Some of several models cannot be used; each was told before.
+    #[error("{bad} of {all} models cannot be used")]
+    Models {
+        /// How many cannot.
+        bad: usize,
+        /// How many were looked at.
+        all: usize,
+    },
     /// More memory than there is; nothing was allocated.
     #[error(
         "the run needs about {need} bytes of memory and {device} has {available} bytes available. Lower \
@@ -50,9 +61,6 @@ pub enum AppError {
     /// The clip cannot be made.
     #[error(transparent)]
     Animate(AnimateError),
-    /// A network, its library or its files.
-    #[error(transparent)]
-    Net(#[from] NetError),
     /// The flow did not come to its end.
     #[error(transparent)]
     Flow(#[from] FlowError),
@@ -80,16 +88,6 @@ pub enum AppError {
     Internal(String),
 }
 
-/// 2 usage, 3 memory, 4 model, 130 interrupted.
-fn net_code(error: &NetError) -> u8 {
-    match error.kind() {
-        physvideo_net::Kind::Usage => 2,
-        physvideo_net::Kind::Memory => 3,
-        physvideo_net::Kind::Model => 4,
-        physvideo_net::Kind::Interrupted => INTERRUPTED,
-    }
-}
-
 impl From<AnimateError> for AppError {
     fn from(error: AnimateError) -> Self {
         match error {
@@ -100,7 +98,7 @@ impl From<AnimateError> for AppError {
 }
 
 impl AppError {
-    /// 1 internal, 2 scene, usage or input data, 3 device or memory, 5 numeric, 7 output, 130 interrupted.
+    /// 1 internal, 2 scene, usage or input data, 3 device or memory, 4 model, 5 numeric, 7 output, 130 interrupted.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Scene(errors) if errors.iter().all(|e| e.problem().kind == Kind::Memory) => 3,
@@ -110,7 +108,13 @@ impl AppError {
             Self::Gpu(GpuError::Compile { .. } | GpuError::Call { .. }) => INTERNAL,
             Self::Gpu(_) | Self::Memory { .. } => 3,
             Self::Flow(FlowError::NotFinite { .. } | FlowError::Diverged { .. }) | Self::Numeric(_) => 5,
-            Self::Net(e) | Self::Flow(FlowError::Net(e)) => net_code(e),
+            Self::Net(e) | Self::Flow(FlowError::Net(e)) => match e.kind() {
+                NetKind::Usage => 2,
+                NetKind::Memory => 3,
+                NetKind::Model => 4,
+                NetKind::Interrupted => INTERRUPTED,
+            },
+            Self::Models { .. } => 4,
             Self::Flow(FlowError::Gpu(GpuError::Compile { .. } | GpuError::Call { .. })) => INTERNAL,
             Self::Flow(FlowError::Gpu(_) | FlowError::Memory { .. }) => 3,
             Self::Flow(FlowError::Interrupted { .. }) => INTERRUPTED,

@@ -131,6 +131,9 @@ impl Clip<'_> {
         if estimate.bytes > available {
             return Err(AppError::Memory { need: estimate.bytes, available, device: gpu.info.name.clone() });
         }
+        if !self.plan.runs("simulate") && !self.plan.runs("render") {
+            return Ok(());
+        }
         let particles: u64 = self.report.particles.iter().map(|p| p.count).sum();
         self.progress.note(&format!(
             "{}, {particles} particles, {} MiB on {}",

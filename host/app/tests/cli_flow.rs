@@ -95,10 +95,10 @@ fn a_long_clip_is_made_of_chunks() {
     run(&folder, "out", &["--quiet"]).expect(0, &[]);
     let report = folder.report("out");
     let chunks = report["flow"]["chunks"].as_array().unwrap().clone();
-    assert_eq!(chunks.iter().map(|c| c["frames"].clone()).collect::<Vec<_>>(), [
-        serde_json::json!([0, 36]),
-        serde_json::json!([36, 39])
-    ]);
+    assert_eq!(
+        chunks.iter().map(|c| c["frames"].clone()).collect::<Vec<_>>(),
+        [serde_json::json!([0, 36]), serde_json::json!([36, 39])]
+    );
     assert_eq!(names(&folder.path("out/flow")).len(), 40);
     assert_eq!((report["frames"].as_u64(), report["frames_asked"].as_u64()), (Some(40), Some(40)));
 }

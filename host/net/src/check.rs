@@ -9,7 +9,7 @@ use crate::embeddings::{Embeddings, constant_of_model};
 use crate::error::NetError;
 use crate::files::Folder;
 use crate::library::Runtime;
-use crate::manifest::{Manifest, Role, Source};
+use crate::manifest::{FileSpec, GraphSpec, Manifest, Role, Source};
 use crate::model::{Model, OpenOptions, free_memory};
 
 /// How a look at one thing ended.
@@ -21,6 +21,8 @@ pub enum Status {
     Warning,
     /// Not usable.
     Bad,
+    /// None of the model's files is here.
+    Absent,
 }
 
 /// One thing that was looked at.
@@ -51,6 +53,14 @@ pub fn check(runtime: Option<&Runtime>, manifest: &Manifest) -> Vec<CheckLine> {
     let never = AtomicBool::new(false);
     let folder = Folder::new(&manifest.folder);
     let mut lines = Vec::new();
+    if manifest.files().all(|file| matches!(folder.open(&file.file), Err(NetError::MissingFile { .. }))) {
+        let obtain = if manifest.obtain.is_empty() { "the manifest does not say" } else { &manifest.obtain };
+        return vec![line(
+            None,
+            Status::Absent,
+            format!("none of its files is here. How to get them:\n{}", obtain.trim()),
+        )];
+    }
     for role in Role::ALL {
         let Some(spec) = manifest.role(role) else { continue };
         let before = lines.len();
@@ -78,18 +88,15 @@ fn files(manifest: &Manifest, role: Role, folder: &Folder, never: &AtomicBool, l
     let Some(spec) = manifest.role(role) else { return };
     let mut graphs = Vec::new();
     for spec in &spec.graphs {
-        let files = std::iter::once(&spec.file).chain(&spec.data);
-        for file in files {
-            match folder.open(&file.file) {
-                Ok(open) if file.sha256.is_none() => {
-                    let text = format!("{}: {}, no SHA-256 in the manifest", file.file, bytes(open.size));
-                    lines.push(line(Some(role), Status::Warning, text));
-                }
-                Ok(open) => lines.push(line(Some(role), Status::Good, format!("{}: {}", file.file, bytes(open.size)))),
-                Err(e) => lines.push(line(Some(role), Status::Bad, e.to_string())),
-            }
+        let before = lines.len();
+        for file in std::iter::once(&spec.file).chain(&spec.data) {
+            lines.push(of_file(role, folder, file, never));
         }
-        match Graph::open(folder, spec, never) {
+        if lines.iter().skip(before).any(|l| l.status == Status::Bad) {
+            continue;
+        }
+        // The hashes were looked at.
+        match Graph::open(folder, &without_hashes(spec), never) {
             Ok((graph, _)) => {
                 for data in &spec.data {
                     let beside = Path::new(&spec.file.file).parent().unwrap_or(Path::new(""));
@@ -100,8 +107,6 @@ fn files(manifest: &Manifest, role: Role, folder: &Folder, never: &AtomicBool, l
                 }
                 graphs.push(graph);
             }
-            // A file that cannot be opened has a line already.
-            Err(NetError::File { path, .. }) if lines.iter().any(|l| l.text.starts_with(&*path.to_string_lossy())) => {}
             Err(e) => lines.push(line(Some(role), Status::Bad, e.to_string())),
         }
     }
@@ -112,13 +117,41 @@ fn files(manifest: &Manifest, role: Role, folder: &Folder, never: &AtomicBool, l
     let infos: Vec<_> = graphs.iter().map(|g| &g.info).collect();
     let found = contradictions(&infos, &inputs, output.as_ref());
     if found.is_empty() {
-        let text = format!("{} inputs and the output are those of the manifest", inputs.len());
+        let inputs = if inputs.len() == 1 { "the input".to_owned() } else { format!("{} inputs", inputs.len()) };
+        let text = format!("{inputs} and the output are those of the manifest");
         lines.push(line(Some(role), Status::Good, text));
     }
     for c in found {
         let path = graphs.get(c.graph).map(|g| g.path.display().to_string()).unwrap_or_default();
         lines.push(line(Some(role), Status::Bad, format!("{path}: tensor `{}`: {}", c.tensor, c.why)));
     }
+}
+
+/// Whether a file is there, and is the one the manifest means.
+fn of_file(role: Role, folder: &Folder, spec: &FileSpec, never: &AtomicBool) -> CheckLine {
+    let opened = folder.open(&spec.file).and_then(|mut file| match &spec.sha256 {
+        None => Ok((file.size, true)),
+        Some(expected) => match file.sha256(never)? {
+            found if found == *expected => Ok((file.size, false)),
+            found => Err(NetError::Hash { path: file.path, expected: expected.clone(), found }),
+        },
+    });
+    match opened {
+        Ok((size, true)) => {
+            let text = format!("{}: {}, its SHA-256 is not in the manifest", spec.file, bytes(size));
+            line(Some(role), Status::Warning, text)
+        }
+        Ok((size, false)) => {
+            line(Some(role), Status::Good, format!("{}: {}, SHA-256 as meant", spec.file, bytes(size)))
+        }
+        Err(e) => line(Some(role), Status::Bad, e.to_string()),
+    }
+}
+
+fn without_hashes(spec: &GraphSpec) -> GraphSpec {
+    let mut spec = spec.clone();
+    std::iter::once(&mut spec.file).chain(&mut spec.data).for_each(|file| file.sha256 = None);
+    spec
 }
 
 /// The model's own arrays, and whether every key is there.
@@ -155,7 +188,12 @@ fn arrays(manifest: &Manifest, folder: &Folder, lines: &mut Vec<CheckLine>) {
 
 fn loads(runtime: &Runtime, manifest: &Manifest, role: Role) -> CheckLine {
     let options = OpenOptions { roles: &[role], ..OpenOptions::default() };
-    match Model::open(runtime, manifest.clone(), &options) {
+    let mut manifest = manifest.clone();
+    let codecs = [&mut manifest.encode, &mut manifest.decode].into_iter().flatten().map(|codec| &mut codec.role);
+    for role in codecs.chain(manifest.velocity.iter_mut().map(|velocity| &mut velocity.role)) {
+        role.graphs.iter_mut().for_each(|graph| *graph = without_hashes(graph));
+    }
+    match Model::open(runtime, manifest, &options) {
         Ok(_) => line(Some(role), Status::Good, format!("ONNX Runtime {} loads it", runtime.version())),
         Err(e) => line(Some(role), Status::Bad, e.to_string()),
     }

@@ -60,6 +60,14 @@ pub enum NetError {
     /// What is wrong with a manifest, each at its place.
     #[error(transparent)]
     Manifest(#[from] ManifestErrors),
+    /// A file of a model is not there.
+    #[error("{}: is not there{}", path.display(), how_to(obtain))]
+    MissingFile {
+        /// The file.
+        path: PathBuf,
+        /// How to get it, where the manifest says.
+        obtain: String,
+    },
     /// A file of a model cannot be used.
     #[error("{}: {why}", path.display())]
     File {
@@ -132,6 +140,7 @@ impl NetError {
             | Self::Provider { .. }
             | Self::Manifest(_)
             | Self::File { .. }
+            | Self::MissingFile { .. }
             | Self::Hash { .. }
             | Self::Contract { .. }
             | Self::Runtime { .. } => Kind::Model,
@@ -144,4 +153,8 @@ impl NetError {
     pub(crate) fn usage(text: impl Into<String>) -> Self {
         Self::Usage(text.into())
     }
+}
+
+fn how_to(obtain: &str) -> String {
+    if obtain.is_empty() { String::new() } else { format!(". How to get it: {}", obtain.trim()) }
 }

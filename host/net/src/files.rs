@@ -37,7 +37,10 @@ impl Folder {
         let mut folder = self.0.clone();
         for part in Path::new(relative).components() {
             folder.push(part);
-            let metadata = folder.symlink_metadata().map_err(|e| refuse(&reason(&e)))?;
+            let metadata = folder.symlink_metadata().map_err(|e| match e.kind() {
+                std::io::ErrorKind::NotFound => NetError::MissingFile { path: path.clone(), obtain: String::new() },
+                _ => refuse(&reason(&e)),
+            })?;
             if metadata.file_type().is_symlink() {
                 let what = if folder == path { String::new() } else { format!("{} ", folder.display()) };
                 return Err(refuse(&format!("{what}is a symbolic link; put the file itself there")));
@@ -170,6 +173,7 @@ mod tests {
     fn why(folder: &Folder, name: &str) -> String {
         match folder.open(name) {
             Err(NetError::File { why, .. }) => why,
+            Err(NetError::MissingFile { .. }) => "is not there".into(),
             other => panic!("{other:?}"),
         }
     }

@@ -52,6 +52,14 @@ impl Model {
     /// A role the model has not, a file that cannot be used, too little memory, a graph that contradicts the
     /// manifest, what ONNX Runtime refuses.
     pub fn open(runtime: &Runtime, manifest: Manifest, options: &OpenOptions<'_>) -> Result<Self, NetError> {
+        let obtain = manifest.obtain.clone();
+        Self::open_roles(runtime, manifest, options).map_err(|e| match e {
+            NetError::MissingFile { path, .. } => NetError::MissingFile { path, obtain },
+            other => other,
+        })
+    }
+
+    fn open_roles(runtime: &Runtime, manifest: Manifest, options: &OpenOptions<'_>) -> Result<Self, NetError> {
         let never = AtomicBool::new(false);
         let cancel = options.cancel.unwrap_or(&never);
         let folder = Folder::new(&manifest.folder);

@@ -113,6 +113,8 @@ fn builder(runtime: &Runtime, folder: &Path) -> Result<SessionBuilder, ort::Erro
     if let Some(threads) = runtime.threads {
         builder = builder.with_intra_threads(threads.max(1))?;
     }
+    // No other format, which is not looked at before.
+    builder = builder.with_config_entry("session.load_model_format", "ONNX")?;
     // Idle threads give way to what follows the call.
     builder = builder.with_config_entry("session.force_spinning_stop", "1")?;
     builder = builder.with_deterministic_compute(true)?;
@@ -210,5 +212,42 @@ fn one_line(text: &str) -> String {
     match text.char_indices().nth(600) {
         Some((end, _)) => format!("{}…", &text[..end]),
         None => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::library::LibraryChoice;
+
+    #[test]
+    fn floats_are_read_where_they_lie() {
+        // Values are made by the library, so it must be loaded.
+        Runtime::load(&LibraryChoice::default()).unwrap();
+        let data = [1.0, 2.0, 3.0, 4.0];
+        let value = input(&Feed::InPlace { shape: &[1, 4], data: &data }).unwrap();
+        let (shape, seen) = value.try_extract_tensor::<f32>().unwrap();
+        assert_eq!((&shape[..], seen.as_ptr()), (&[1, 4][..], data.as_ptr()));
+    }
+
+    #[test]
+    fn a_watcher_stops_work_once_and_ends_with_it() {
+        let cancel = AtomicBool::new(false);
+        let stops = std::sync::atomic::AtomicUsize::new(0);
+        let stop = || {
+            stops.fetch_add(1, Ordering::Relaxed);
+        };
+        assert_eq!(watched(&cancel, stop, || 7), 7);
+        watched(&cancel, stop, || {
+            cancel.store(true, Ordering::Relaxed);
+            std::thread::sleep(5 * LOOK);
+        });
+        assert_eq!(stops.load(Ordering::Relaxed), 1);
+    }
+
+    #[test]
+    fn long_texts_are_one_line_and_cut() {
+        assert_eq!(one_line("a\n b\t c"), "a b c");
+        assert_eq!(one_line(&"é".repeat(700)).chars().count(), 601);
     }
 }

@@ -39,7 +39,7 @@ fn pretender(folder: &Path, name: &str, base: &str) -> PathBuf {
     let library = folder.join(format!("lib{name}.so"));
     let rustc = std::env::var_os("RUSTC").unwrap_or("rustc".into());
     let built = Command::new(rustc)
-        .args(["--edition", "2024", "--crate-type", "cdylib", "--crate-name", "pretender", "-o"])
+        .args(["-A", "warnings", "--edition", "2024", "--crate-type", "cdylib", "--crate-name", "pretender", "-o"])
         .args([&library, &source])
         .status();
     assert!(built.unwrap().success());

@@ -43,6 +43,14 @@ fn blocks(latents: [usize; 3], seed: u32) -> Tensor {
 }
 
 #[test]
+fn models_may_move_between_threads() {
+    fn moves<T: Send>() {}
+    moves::<Model>();
+    moves::<physvideo_net::Runtime>();
+    moves::<VelocityInputs>();
+}
+
+#[test]
 fn frames_come_back_from_latents() {
     let mut model = toy().model(&[Role::Encode, Role::Decode]);
     let frames = blocks([3, 2, 5], 1);

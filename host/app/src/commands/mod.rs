@@ -2,6 +2,7 @@
 
 mod check;
 mod devices;
+mod models;
 mod plan;
 mod schema;
 
@@ -24,6 +25,7 @@ pub fn dispatch(cli: Cli) -> Result<(), AppError> {
         Some(Command::Check { scene }) => check::check(&scene),
         Some(Command::Schema) => schema::schema(),
         Some(Command::Devices { json }) => devices::devices(json),
+        Some(Command::Models { command }) => models::models(command),
         None => match cli.scene {
             Some(scene) => run::run(&scene, &cli.options),
             None => Err(AppError::Usage("no scene was given: use `--scene FILE` or a command (see --help)".into())),

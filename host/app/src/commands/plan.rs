@@ -68,8 +68,7 @@ pub(super) fn driven(loaded: &Loaded, drawn: (u32, u32)) -> Result<((u32, u32), 
 }
 
 fn flow(outlook: &Outlook) -> String {
-    let Outlook { model, size: (width, height), latent: [c, t, h, w], chunks, nfe, latent_bytes, network_bytes } =
-        outlook;
+    let Outlook { model, size: (width, height), latent: [c, t, h, w], chunks, nfe, network_bytes, .. } = outlook;
     format!(
         "{:<12} model {model} at {width} × {height}, latents {c} × {t} × {h} × {w}, {chunks} chunks, {nfe} evaluations, \
          networks of {network_bytes} bytes",

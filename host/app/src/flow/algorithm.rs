@@ -176,10 +176,6 @@ impl<'a, 'gpu> Run<'a, 'gpu> {
             anchor: task.rule.anchored().then_some(&guide.encoded),
             free: free.as_deref(),
         };
-        let (need, available) = (LatentSpace::bytes(&setup), gpu.info.memory);
-        if need > available {
-            return Err(FlowError::Memory { need, available });
-        }
         let space = LatentSpace::new(gpu, &setup)?;
         Ok(Self {
             velocity,

@@ -20,7 +20,7 @@ pub struct NetChoice {
     /// The library (`--ort-lib`).
     pub library: Option<PathBuf>,
     /// The provider (`--provider`).
-    pub provider: Option<Provider>,
+    pub provider: Provider,
     /// The model's folder in place of the scene's (`--model`).
     pub model: Option<PathBuf>,
 }
@@ -92,8 +92,7 @@ pub fn open(
         notes.push("flow.prompt is kept in the report only: networks read flow.embeddings".into());
     }
     let settings = settings(flow, &manifest, embeddings, loaded.scene.seed)?;
-    let library =
-        LibraryChoice { path: choice.library.clone(), provider: choice.provider.unwrap_or_default(), threads: None };
+    let library = LibraryChoice { path: choice.library.clone(), provider: choice.provider, threads: None };
     let runtime = Runtime::load(&library)?;
     let flag = interrupt.flag();
     let options = OpenOptions { roles: &Role::ALL, available_memory: host_memory(), cancel: Some(&flag) };

@@ -74,7 +74,9 @@ pub enum FlowError {
     #[error("{0}")]
     Input(String),
     /// More memory than there is.
-    #[error("the flow needs about {need} bytes of device memory and {available} are available. Lower flow.size")]
+    #[error(
+        "the run needs about {need} bytes of device memory with its flow, and {available} are available. Lower flow.size"
+    )]
     Memory {
         /// Bytes predicted.
         need: u64,

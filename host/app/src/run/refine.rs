@@ -8,7 +8,7 @@ use super::Clip;
 use crate::cli::RunOptions;
 use crate::commands::print;
 use crate::error::AppError;
-use crate::flow::{Checkpoint, FlowReport, FlowRun, NetChoice, Source, model};
+use crate::flow::{Checkpoint, FlowError, FlowReport, FlowRun, NetChoice, Outlook, Source, model};
 use crate::interrupt::Interrupt;
 use crate::io::write::{EncoderThread, OutputFile, create_folder, numbered, write_png};
 use crate::load::Loaded;
@@ -25,7 +25,7 @@ impl Clip<'_> {
         let Some(flow) = self.scene.flow.as_ref().filter(|_| self.plan.runs("flow")) else { return Ok(()) };
         let choice = NetChoice {
             library: options.ort_lib.clone(),
-            provider: options.provider.map(Into::into),
+            provider: options.provider.into(),
             model: options.model.clone(),
         };
         let source = match &flow.input {
@@ -33,6 +33,14 @@ impl Clip<'_> {
             None => None,
         };
         let frames = source.as_ref().and_then(|s| s.frames.first()).map_or(self.assembled.size, |f| f.size);
+        let count = source.as_ref().map_or(self.scene.output.frames as usize, |s| s.frames.len());
+        if let Some(outlook) = Outlook::new(loaded, &choice, frames, count)? {
+            let memory = &mut self.report.memory;
+            memory.predicted += outlook.latent_bytes;
+            if memory.predicted > memory.available {
+                return Err(FlowError::Memory { need: memory.predicted, available: memory.available }.into());
+            }
+        }
         let opened = model::open(loaded, flow, &choice, frames, interrupt)?;
         let mut run = FlowRun::new(self.scene, flow, opened, self.out, options.fresh);
         if let Some(source) = &source {

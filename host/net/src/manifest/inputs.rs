@@ -2,7 +2,7 @@
 
 use super::constant::{constant, shape};
 use super::keys::{Item, Keys};
-use super::parse::{dtype, layout, path};
+use super::parse::{dtype, layout};
 use super::velocity::patch;
 use super::{ChunkSpec, Dtype, FirstLatent, LatentSpec, Layout};
 

@@ -275,6 +275,12 @@ impl Manifest {
         }
     }
 
+    /// Every graph and data file, in the order of roles.
+    pub fn files(&self) -> impl Iterator<Item = &FileSpec> {
+        let graphs = Role::ALL.into_iter().filter_map(|role| self.role(role)).flat_map(|role| &role.graphs);
+        graphs.flat_map(|graph| std::iter::once(&graph.file).chain(&graph.data))
+    }
+
     /// The files of a role, if the model has it.
     pub fn role(&self, role: Role) -> Option<&RoleSpec> {
         match role {

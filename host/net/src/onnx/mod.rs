@@ -71,6 +71,10 @@ impl Port {
 
 /// Reads what a graph says about itself.
 pub(crate) fn scan(bytes: &[u8]) -> Result<GraphInfo, String> {
+    // ONNX Runtime would read another format where these letters stand, whatever else the bytes mean.
+    if bytes.get(4..8) == Some(b"ORTM") {
+        return Err("is in ONNX Runtime's own format, which cannot be checked; export it as ONNX".into());
+    }
     let mut info = GraphInfo::default();
     let mut graphs = 0;
     let outcome = (|| {

@@ -150,6 +150,13 @@ fn compiled_parts_are_refused() {
 }
 
 #[test]
+fn the_other_format_is_refused() {
+    // A number that hides the letters of the other format in an ONNX file.
+    let bytes = [field(15, b"..ORTM"), model(&[])].concat();
+    assert!(scan(&bytes).unwrap_err().contains("own format"));
+}
+
+#[test]
 fn one_graph_is_wanted() {
     assert_eq!(scan(&[model(&[]), model(&[])].concat()).unwrap_err(), "holds two graphs");
 }
