@@ -58,7 +58,7 @@ pub struct Flow {
     #[serde(default)]
     #[schemars(range(min = 0.0))]
     pub guidance: Option<f32>,
-    /// Guidance scale of the inversion; 1 follows the conditional network alone.
+    /// Guidance scale of the inversion, for networks guided by two predictions; 1 follows the conditional one alone.
     #[serde(default = "one")]
     #[schemars(range(min = 0.0))]
     pub inversion_guidance: f32,

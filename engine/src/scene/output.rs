@@ -88,7 +88,7 @@ pub enum Until {
     Points,
     /// Also draw frames.
     Frames,
-    /// Also encode the video.
+    /// Also refine the frames by the network, where the scene has one, and encode the videos.
     Video,
 }
 

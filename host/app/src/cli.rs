@@ -183,7 +183,7 @@ pub enum Last {
     Points,
     /// Also draw frames.
     Frames,
-    /// Also encode the video.
+    /// Also refine the frames by the network, where the scene has one, and encode the videos.
     Video,
 }
 
