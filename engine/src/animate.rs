@@ -43,12 +43,38 @@ pub struct Animation<'gpu> {
     frame: u32,
     /// Stages that ran before the first frame and the wall time of each [ms].
     pub wall_ms: Vec<(&'static str, f64)>,
+    /// The picture without what moves, for the network.
+    pub empty: Option<Image>,
 }
 
 struct Drawing {
     carry: Carry,
     renderer: PointRenderer,
     background: Option<Buf<u32>>,
+    /// The background at the start, and with everything filled that objects in motion touch.
+    pictures: Option<(Vec<u32>, Vec<u32>)>,
+    /// Points of objects in motion; they come first.
+    moving: u64,
+}
+
+impl Drawing {
+    /// Draws what stands still over the filled background.
+    fn without_moving(&mut self, gpu: &Gpu) -> Result<Image, AnimateError> {
+        let points = self.carry.display.points;
+        let all = gpu.read_range(points, 0, self.moving)?;
+        // Nothing is drawn of a point without a radius.
+        gpu.write(points, 0, &all.iter().map(|p| [p[0], p[1], p[2], 0.0]).collect::<Vec<_>>())?;
+        let pictures = self.background.zip(self.pictures.take());
+        if let Some((background, (_, filled))) = &pictures {
+            gpu.write(*background, 0, filled)?;
+        }
+        let image = self.renderer.draw(gpu)?;
+        gpu.write(points, 0, &all)?;
+        if let Some((background, (start, _))) = &pictures {
+            gpu.write(*background, 0, start)?;
+        }
+        Ok(image)
+    }
 }
 
 impl<'gpu> Animation<'gpu> {
@@ -69,10 +95,15 @@ impl<'gpu> Animation<'gpu> {
         let mpm = if plan.runs("simulate") { Some(Mpm::new(gpu, &assembled.world, method)?) } else { None };
         took("simulate", since);
         let since = Instant::now();
-        let drawing = if plan.runs("render") { Some(draw(gpu, scene, assembled, plan, mpm.as_ref())?) } else { None };
+        let mut drawing =
+            if plan.runs("render") { Some(draw(gpu, scene, assembled, plan, mpm.as_ref())?) } else { None };
         took("display", since);
+        let empty = match &mut drawing {
+            Some(drawing) if plan.runs("flow") => Some(drawing.without_moving(gpu)?),
+            _ => None,
+        };
         wall_ms.retain(|(stage, _)| plan.runs(stage));
-        Ok(Self { gpu, mpm, drawing, fps: scene.output.fps, frame: 0, wall_ms })
+        Ok(Self { gpu, mpm, drawing, fps: scene.output.fps, frame: 0, wall_ms, empty })
     }
 
     /// Whether the same run gives the same bits on this device.
@@ -125,6 +156,8 @@ impl<'gpu> Animation<'gpu> {
 
 fn draw(gpu: &Gpu, scene: &Scene, a: &Assembled, plan: &Plan, mpm: Option<&Mpm>) -> Result<Drawing, AnimateError> {
     let mut arrays = display(gpu, scene, a)?;
+    let moving = arrays.objects.iter().filter(|o| scene.objects[**o as usize - 1].material.is_some()).count() as u64;
+    let mut pictures = None;
     let (background, behind) = match &a.view {
         Some(view) if scene.camera.is_none() => {
             let photo: Vec<u32> = view.photo.rgb.iter().map(|c| rgba(*c)).collect();
@@ -138,6 +171,10 @@ fn draw(gpu: &Gpu, scene: &Scene, a: &Assembled, plan: &Plan, mpm: Option<&Mpm>)
                     }
                 }
                 arrays.edge = edge(view, &holes, &filled, &arrays);
+                if plan.runs("flow") {
+                    let of = |(i, color)| if holes.hole[i] || holes.moving[i] { rgba(filled[i]) } else { color };
+                    pictures = Some((picture.clone(), picture.iter().copied().enumerate().map(of).collect()));
+                }
             }
             let buf = gpu.upload("run", "background", &picture)?;
             (Some(buf), Background::Picture(buf))
@@ -153,11 +190,12 @@ fn draw(gpu: &Gpu, scene: &Scene, a: &Assembled, plan: &Plan, mpm: Option<&Mpm>)
         blend_depth: scene.render.blend_depth,
         radius_in_pixels: false,
         depth: scene.output.exr,
-        ids: scene.output.exr,
+        // The network refines what moves, and ids say where that is.
+        ids: scene.output.exr || plan.runs("flow"),
         background: Some(behind),
     };
     let renderer = PointRenderer::new(gpu, settings, carry.display)?;
-    Ok(Drawing { carry, renderer, background })
+    Ok(Drawing { carry, renderer, background, pictures, moving })
 }
 
 /// The points that are drawn: the pixels of objects seen in the photograph, the particles of all others.

@@ -77,7 +77,7 @@ fn drawing(scene: &Scene, assembled: &Assembled, plan: &Plan, points: u64, parti
         height,
         per_pixel: scene.render.points_per_pixel,
         depth: scene.output.exr,
-        ids: scene.output.exr,
+        ids: scene.output.exr || plan.runs("flow"),
         // Which one does not matter to the size of the picture it is drawn over.
         background: Some(crate::stages::render::Background::Color([0; 3])),
         ..RenderSettings::default()

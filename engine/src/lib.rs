@@ -5,6 +5,7 @@ pub mod animate;
 pub mod assemble;
 pub mod backdrop;
 pub mod estimate;
+pub mod flow;
 pub mod geometry;
 mod limits;
 mod pins;

@@ -24,7 +24,9 @@ pub enum Artifact {
     Display,
     /// Drawn frames.
     Frames,
-    /// The encoded video.
+    /// Frames after the network.
+    Flow,
+    /// The encoded videos.
     Video,
 }
 
@@ -43,6 +45,9 @@ fn no_photo(scene: &Scene) -> Option<&'static str> {
 }
 fn nothing_moves(scene: &Scene) -> Option<&'static str> {
     (!scene.objects.iter().any(|o| o.material.is_some())).then_some("no object has a material")
+}
+fn frames_given(scene: &Scene) -> Option<&'static str> {
+    scene.flow.as_ref().and_then(|f| f.input.as_ref()).map(|_| "`flow.input` gives the frames")
 }
 fn always(_: &Scene) -> Option<&'static str> {
     None
@@ -107,19 +112,33 @@ const STAGES: &[Stage] = &[
         makes: Artifact::Display,
         needs: &[Artifact::Surfaces, Artifact::World, Artifact::Bodies],
         what: "tie the points that are drawn to the particles",
-        idle: always,
+        idle: frames_given,
     },
     Stage {
         name: "render",
         makes: Artifact::Frames,
         needs: &[Artifact::State, Artifact::Display, Artifact::Backdrop],
         what: "draw the points over the background",
-        idle: always,
+        idle: frames_given,
+    },
+    Stage {
+        name: "driving",
+        makes: Artifact::Frames,
+        needs: &[],
+        what: "read the driving frames",
+        idle: |s| frames_given(s).is_none().then_some("`flow.input` is not set"),
+    },
+    Stage {
+        name: "flow",
+        makes: Artifact::Flow,
+        needs: &[Artifact::Frames],
+        what: "make the frames consistent with the image (network)",
+        idle: |s| s.flow.is_none().then_some("the scene has no [flow]"),
     },
     Stage {
         name: "encode",
         makes: Artifact::Video,
-        needs: &[Artifact::Frames],
+        needs: &[Artifact::Frames, Artifact::Flow],
         what: "encode the video",
         idle: always,
     },

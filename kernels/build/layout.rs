@@ -57,6 +57,7 @@ pub fn texels(
     let plain_type = |rust: &str, bytes| Ok(Element { rust: rust.into(), bytes });
     match of {
         "u32" => plain_type("u32", 4),
+        "f32" => plain_type("f32", 4),
         "vec2u" => plain_type("[u32; 2]", 8),
         "vec4f" => plain_type("[f32; 4]", 16),
         name => {

@@ -62,11 +62,47 @@ const POINTS: [(&str, &str, &str, &str); 23] = [
     ("points/unproject", "points/unproject", "(bitcast<u32>(z) & 0x7f800000u) != 0x7f800000u && ", ""),
 ];
 
+/// The same for latents.
+const LATENT: [(&str, &str, &str, &str); 32] = [
+    ("latent/adapt", "latent/adapt", "given.guidance * (p - u)", "given.guidance * (u - p)"),
+    ("latent/adapt", "latent/adapt", "+ given.kz * texel(z, i)", "- given.kz * texel(z, i)"),
+    ("latent/adapt", "latent/adapt", "4u * i + before", "4u * i"),
+    ("latent/adapt", "latent/adapt", "atomicAdd(&faults.count, many)", "atomicAdd(&faults.count, 1u)"),
+    ("latent/adapt", "latent/adapt", "turn.live && many > 0u", "many > 0u"),
+    ("latent/flow_step", "latent/flow_step", "step += given.b", "step -= given.b"),
+    ("latent/flow_step", "latent/flow_step", "next = select(next, old, weights", "next = select(old, next, weights"),
+    ("latent/flow_step", "latent/flow_step", "if (HELD)", "if (false)"),
+    ("latent/flow_step", "lib/latent", "count >> 2u", "(count >> 2u) + 1u"),
+    ("latent/flow_step", "lib/latent", "cell + 1u == cells", "false"),
+    ("latent/sde_step", "lib/philox", "0xd2511f53u, c.x", "0xd2511f55u, c.x"),
+    ("latent/sde_step", "lib/philox", "0xbb67ae85u", "0xbb67ae84u"),
+    ("latent/sde_step", "lib/philox", "c = philox_round(c, key + 5u * weyl);", ""),
+    ("latent/sde_step", "lib/philox", "+ (other >> 16u)", ""),
+    ("latent/sde_step", "lib/gaussian", "return -2.0 * (e", "return -1.0 * (e"),
+    ("latent/sde_step", "lib/gaussian", "((quarter + 1u) & 2u)", "(quarter & 2u)"),
+    ("latent/sde_step", "lib/gaussian", "vec4u(block, iteration, stream, 0u)", "vec4u(block, stream, iteration, 0u)"),
+    ("latent/sde_step", "latent/sde_step", "sqrt(d) * noise", "d * noise"),
+    ("latent/sde_step", "latent/sde_step", "given.b * texel(v, i)", "-given.b * texel(v, i)"),
+    ("latent/sde_step", "latent/sde_step", "given.iteration + 1u", "given.iteration"),
+    ("latent/sde_step", "latent/sde_step", "d == vec4f(0.0)", "d == vec4f(2.0)"),
+    ("latent/mix", "latent/mix", "(1.0 - given.sigma) * texel", "given.sigma * texel"),
+    ("latent/mix", "latent/mix", "m * old + (1.0 - m) * next", "(1.0 - m) * old + m * next"),
+    ("latent/mix", "latent/mix", "old, m == vec4f(1.0)", "old, m == vec4f(0.0)"),
+    ("latent/mix", "latent/mix", "between, next, m == vec4f(0.0)", "between, between, m == vec4f(0.0)"),
+    ("latent/stats", "latent/stats", "apart]); }", "1u]); }"),
+    ("latent/stats", "latent/stats", "vec4<bool>(turn.live)", "vec4<bool>(true)"),
+    ("latent/stats", "latent/stats", "let good = finite(x) & counts", "let good = counts"),
+    ("latent/mask_pool", "latent/mask_pool", "call.temporal * (latent - 1u) + 1u", "call.temporal * (latent - 1u)"),
+    ("latent/mask_pool", "latent/mask_pool", "+ 1u - call.first", ""),
+    ("latent/mask_pool", "latent/mask_pool", "(x + 1u + call.reach)", "(x + call.reach)"),
+    ("latent/mask_pool", "latent/mask_pool", "f32(covered > 0u)", "f32(covered == seen)"),
+];
+
 #[test]
 fn every_mistake_is_caught() {
     let copy = tempfile::tempdir().unwrap();
     let mut missed = Vec::new();
-    for (kernel, file, from, to) in MUTANTS.into_iter().chain(POINTS) {
+    for (kernel, file, from, to) in MUTANTS.into_iter().chain(LATENT).chain(POINTS) {
         folder::copy_kernels(copy.path());
         folder::edit(copy.path(), file, from, to);
         let gpu = device::open(Options { wgsl: Some(copy.path().into()), validation: false, ..device::options() });

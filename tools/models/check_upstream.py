@@ -60,12 +60,13 @@ class Wan(Wrapped):
 
 
 class Ltx(Wrapped):
-    def forward(self, hidden_states, num_frames, height, width, **rest):
-        sizes = dict(num_frames=num_frames.item(), height=height.item(), width=width.item())
+    def forward(self, **tensors):
+        # arange takes no tensors: the sizes become numbers, and the exporter is told what they are.
+        sizes = {name: tensors[name].item() for name in ("num_frames", "height", "width")}
         for size in sizes.values():
             torch._check(size >= 1)
-        torch._check(sizes["num_frames"] * sizes["height"] * sizes["width"] == hidden_states.shape[1])
-        return super().forward(hidden_states=hidden_states, **sizes, **rest)
+        torch._check(sizes["num_frames"] * sizes["height"] * sizes["width"] == tensors["hidden_states"].shape[1])
+        return super().forward(**{**tensors, **sizes})
 
     @staticmethod
     def build():

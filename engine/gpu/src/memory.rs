@@ -201,6 +201,30 @@ impl Gpu {
         Ok(out)
     }
 
+    /// Looks at `len` elements from `offset` on: in place where the host and the device share memory, else at a copy.
+    /// `look` must not use the device.
+    ///
+    /// # Errors
+    /// When the range is outside the buffer.
+    pub fn view<T: Pod, R>(
+        &self,
+        buf: Buf<T>,
+        offset: u64,
+        len: u64,
+        look: impl FnOnce(&[T]) -> R,
+    ) -> Result<Option<R>, GpuError> {
+        let bytes = size_of::<T>() as u64;
+        let mut seen = None;
+        self.touch(
+            buf.erase(),
+            offset.saturating_mul(bytes),
+            len.saturating_mul(bytes),
+            |mapped| seen = Some(look(bytemuck::cast_slice(mapped))),
+            false,
+        )?;
+        Ok(seen)
+    }
+
     fn touch(
         &self,
         buf: AnyBuf,

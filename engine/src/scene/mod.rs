@@ -3,6 +3,7 @@
 mod body;
 mod effect;
 mod errors;
+mod flow;
 mod locate;
 mod model;
 mod output;
@@ -15,6 +16,7 @@ mod structure;
 pub use body::*;
 pub use effect::*;
 pub use errors::{Kind, Problem, SceneError, SceneErrors};
+pub use flow::*;
 pub use model::*;
 pub use output::*;
 pub use parse::parse;

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Collider, Field, Object, Output, Render};
+use super::{Collider, Field, Flow, Object, Output, Render};
 
 /// A whole scene file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -41,6 +41,9 @@ pub struct Scene {
     /// How frames are drawn.
     #[serde(default)]
     pub render: Render,
+    /// The network that makes the drawn frames consistent with the input image; absent: none, and no library for it.
+    #[serde(default)]
+    pub flow: Option<Flow>,
     /// What is written.
     #[serde(default)]
     pub output: Output,

@@ -34,6 +34,16 @@ impl Scene {
                 Source::Mask { .. } | Source::Box { .. } | Source::Ball { .. } => {}
             }
         }
+        if let Some(flow) = &self.flow {
+            paths.push(("flow.model".to_owned(), &flow.model));
+            let named = [("embeddings", &flow.embeddings), ("negative_embeddings", &flow.negative_embeddings)];
+            paths.extend(named.into_iter().filter_map(|(k, p)| Some((format!("flow.{k}"), p.as_deref()?))));
+            if let Some(input) = &flow.input {
+                paths.push(("flow.input.frames".to_owned(), &input.frames));
+                let named = [("masks", &input.masks), ("image", &input.image), ("background", &input.background)];
+                paths.extend(named.into_iter().filter_map(|(k, p)| Some((format!("flow.input.{k}"), p.as_deref()?))));
+            }
+        }
         paths
     }
 }

@@ -4,13 +4,15 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::errors::{Kind, Problem};
 use super::structure::{nearest, suggest};
-use super::{Field, FieldRegion, Object, Region, Scene, Shape, Source, Thickness};
+use super::{Field, FieldRegion, Object, Pool, Region, Scene, Shape, Source, Thickness};
+use crate::flow::SdeRule;
 
 /// Every broken rule, at its key path.
 pub(super) fn check(scene: &Scene) -> Vec<Problem> {
     let mut rules = Rules { scene, found: Vec::new() };
     rules.views();
     rules.names();
+    rules.flow();
     for (index, object) in scene.objects.iter().enumerate() {
         rules.object(&format!("object[{index}]"), object);
     }
@@ -54,6 +56,38 @@ impl Rules<'_> {
         }
         if let Some(domain) = &self.scene.simulation.domain {
             self.ordered("simulation.domain", &domain.min, &domain.max);
+        }
+    }
+
+    fn flow(&mut self) {
+        let Some(flow) = &self.scene.flow else { return };
+        if let Some(steps) = flow.steps
+            && flow.tau_step > steps
+        {
+            let message = format!("step {} is beyond the schedule's {steps}", flow.tau_step);
+            self.report(Kind::OutOfRange, "flow.tau_step", message, "give tau_step ≤ steps");
+        }
+        if let Some([w, h]) = flow.size
+            && !([w, h].iter().all(|s| (8..=8192).contains(s)))
+        {
+            let message = format!("{w} × {h} is out of range, width and height must be between 8 and 8192");
+            self.report(Kind::OutOfRange, "flow.size", message, "give the size in pixels");
+        }
+        // Which integrators go with β and with soft masks does not depend on the numbers.
+        let soft = flow.mask.pool == Some(Pool::Share);
+        for (key, unfit) in [("flow.beta", flow.beta.is_some()), ("flow.mask.pool", soft)] {
+            let beta = flow.beta.filter(|_| key == "flow.beta").map(f64::from);
+            if unfit && let Err(e) = SdeRule::new(flow.sde, 1e-3, 0.5, beta, soft && beta.is_none()) {
+                self.report(Kind::Conflict, key, e.to_string(), "choose another `flow.sde`, or remove this key");
+            }
+        }
+        if flow.negative_embeddings.is_some() && flow.guidance == Some(1.0) {
+            let message = "guidance 1 leads away from nothing, so this file is not used";
+            self.report(Kind::Conflict, "flow.negative_embeddings", message, "raise guidance or remove this key");
+        }
+        if flow.input.is_some() && (!self.scene.objects.is_empty() || self.scene.photo.is_some()) {
+            let message = "frames from files take the place of a simulated scene, and this one has both";
+            self.report(Kind::Conflict, "flow.input", message, "remove [photo] and the objects, or `input`");
         }
     }
 

@@ -62,7 +62,7 @@ mod tests {
     use crate::scene::parse;
 
     /// Keys that may be absent and then mean "not there" or "chosen from the rest", so they have no default value.
-    const OPTIONAL: [&str; 17] = [
+    const OPTIONAL: [&str; 30] = [
         "photo",
         "camera",
         "ground",
@@ -79,6 +79,19 @@ mod tests {
         "points",
         "checks",
         "light",
+        "flow",
+        "input",
+        "masks",
+        "image",
+        "background",
+        "size",
+        "steps",
+        "beta",
+        "pool",
+        "reach",
+        "guidance",
+        "embeddings",
+        "negative_embeddings",
         "$schema",
     ];
 

@@ -8,13 +8,16 @@ use physvideo::animate::AnimateError;
 use physvideo::scene::{Kind, SceneErrors};
 use physvideo::stages::render::RenderError;
 use physvideo_gpu::GpuError;
-use physvideo_net::{Kind as NetKind, NetError};
+use physvideo_net::NetError;
 use thiserror::Error;
 
+use crate::flow::FlowError;
 use crate::io::{ReadError, WriteError};
 
 /// Exit code of a fault of the program itself.
 pub const INTERNAL: u8 = 1;
+/// Exit code of a run that the user stopped.
+pub const INTERRUPTED: u8 = 130;
 
 /// Why a command did not end well.
 #[derive(Debug, Error)]
@@ -31,9 +34,6 @@ pub enum AppError {
     /// The device refused.
     #[error(transparent)]
     Gpu(#[from] GpuError),
-    /// A network cannot be used.
-    #[error(transparent)]
-    Net(#[from] NetError),
     /// Some of several models cannot be used; each was told before.
     #[error("{bad} of {all} models cannot be used")]
     Models {
@@ -58,6 +58,12 @@ pub enum AppError {
     /// The clip cannot be made.
     #[error(transparent)]
     Animate(AnimateError),
+    /// A network, its library or its files.
+    #[error(transparent)]
+    Net(#[from] NetError),
+    /// The flow did not come to its end.
+    #[error(transparent)]
+    Flow(#[from] FlowError),
     /// The simulation broke down.
     #[error("{0}")]
     Numeric(String),
@@ -82,6 +88,16 @@ pub enum AppError {
     Internal(String),
 }
 
+/// 2 usage, 3 memory, 4 model, 130 interrupted.
+fn net_code(error: &NetError) -> u8 {
+    match error.kind() {
+        physvideo_net::Kind::Usage => 2,
+        physvideo_net::Kind::Memory => 3,
+        physvideo_net::Kind::Model => 4,
+        physvideo_net::Kind::Interrupted => INTERRUPTED,
+    }
+}
+
 impl From<AnimateError> for AppError {
     fn from(error: AnimateError) -> Self {
         match error {
@@ -101,19 +117,18 @@ impl AppError {
             Self::Animate(_) => 2,
             Self::Gpu(GpuError::Compile { .. } | GpuError::Call { .. }) => INTERNAL,
             Self::Gpu(_) | Self::Memory { .. } => 3,
-            Self::Net(e) => match e.kind() {
-                NetKind::Model => 4,
-                NetKind::Memory => 3,
-                NetKind::Interrupted => 130,
-                NetKind::Usage => 2,
-            },
             Self::Models { .. } => 4,
-            Self::Numeric(_) => 5,
+            Self::Flow(FlowError::NotFinite { .. } | FlowError::Diverged { .. }) | Self::Numeric(_) => 5,
+            Self::Net(e) | Self::Flow(FlowError::Net(e)) => net_code(e),
+            Self::Flow(FlowError::Gpu(GpuError::Compile { .. } | GpuError::Call { .. })) => INTERNAL,
+            Self::Flow(FlowError::Gpu(_) | FlowError::Memory { .. }) => 3,
+            Self::Flow(FlowError::Interrupted { .. }) => INTERRUPTED,
+            Self::Flow(FlowError::Sde(_) | FlowError::Input(_)) => 2,
             // What an encoder cannot take was asked for in the scene.
             Self::Write(WriteError::VideoLimit { .. }) => 2,
             Self::Write(WriteError::Shape { .. }) => INTERNAL,
             Self::Write(_) => 7,
-            Self::Interrupted { .. } => 130,
+            Self::Interrupted { .. } => INTERRUPTED,
             Self::Validation(_) | Self::Internal(_) => INTERNAL,
         }
     }
@@ -139,7 +154,7 @@ impl AppError {
                 let shown = messages.iter().try_for_each(|m| writeln!(to, "validation: {m}"));
                 shown.and_then(|()| writeln!(to, "error: {self}"))
             }
-            Self::Interrupted { .. } => writeln!(to, "{self}"),
+            Self::Interrupted { .. } | Self::Flow(FlowError::Interrupted { .. }) => writeln!(to, "{self}"),
             _ => writeln!(to, "error: {self}"),
         };
     }

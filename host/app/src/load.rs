@@ -51,6 +51,22 @@ impl Loaded {
         Sha256::digest(self.text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
+    /// The real path of a file or folder that the scene names.
+    ///
+    /// # Errors
+    /// As [`AssetRoot::resolve`].
+    pub fn resolve(&self, path: &Path) -> Result<PathBuf, ReadError> {
+        self.root.resolve(path)
+    }
+
+    /// The same, told at the key that names it.
+    ///
+    /// # Errors
+    /// The problem at its place.
+    pub fn resolve_at(&self, key: &str, path: &Path) -> Result<PathBuf, AppError> {
+        self.resolve(path).map_err(|e| self.locate(vec![Problem::new(Kind::Path, key, e.to_string())]))
+    }
+
     /// Problems found later, at their places in the scene file.
     pub fn locate(&self, problems: Vec<Problem>) -> AppError {
         AppError::Scene(SceneErrors::locate(&self.text, &self.file_name, problems))

@@ -7,6 +7,8 @@ use crate::io::write::{WholeFile, create_folder};
 
 /// The encoded clip.
 pub const VIDEO: &str = "video.mp4";
+/// The clip after the network.
+pub const FLOW_VIDEO: &str = "flow.mp4";
 /// What happened.
 pub const REPORT: &str = "report.json";
 
@@ -32,7 +34,7 @@ pub fn remove_earlier(out: &Path) {
             n.len() >= 5 && n.bytes().all(|b| b.is_ascii_digit()) && matches!(e, "png" | "exr" | "npz" | "ply")
         })
     };
-    for folder in ["frames", "points"] {
+    for folder in ["frames", "points", "flow"] {
         for entry in std::fs::read_dir(out.join(folder)).into_iter().flatten().flatten() {
             if entry.file_name().to_str().is_some_and(ours) {
                 // A file that stays is replaced or refused when its frame is written.
@@ -40,7 +42,7 @@ pub fn remove_earlier(out: &Path) {
             }
         }
     }
-    for name in [VIDEO, REPORT] {
+    for name in [VIDEO, FLOW_VIDEO, REPORT] {
         let _ = std::fs::remove_file(out.join(name));
     }
 }

@@ -72,6 +72,8 @@ pub struct Report {
     pub clamps: Clamps,
     /// Sums over each simulated object at the start and the end.
     pub conservation: Vec<Conservation>,
+    /// The network's part.
+    pub flow: Option<crate::flow::FlowReport>,
     /// Device memory.
     pub memory: Memory,
     /// Kernels compiled, once per variant.

@@ -1,5 +1,7 @@
 //! `run`: a scene to files. Drives the animation frame by frame; knows neither how it is made nor how files look.
 
+mod refine;
+
 use std::path::Path;
 use std::time::Instant;
 
@@ -14,11 +16,12 @@ use physvideo_gpu::{Feature, Gpu, Options};
 use crate::cli::RunOptions;
 use crate::commands::print;
 use crate::device::{self, DeviceEntry};
-use crate::error::AppError;
+use crate::error::{AppError, INTERRUPTED};
+use crate::flow::FlowRun;
 use crate::interrupt::Interrupt;
 use crate::io::write::{EncoderThread, OutputFile, create_folder, write_json};
 use crate::load::Loaded;
-use crate::out_folder::{self, REPORT, VIDEO};
+use crate::out_folder::{self, FLOW_VIDEO, REPORT, VIDEO};
 use crate::progress::Progress;
 use crate::report::{Conservation, ObjectCount, Report, SCHEMA_VERSION, Status, Sums};
 use crate::warm;
@@ -50,7 +53,7 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<(), AppError> {
 
     let kept = warm::read();
     // The device comes before the work on the photograph, so that a missing one is told at once.
-    let gpu = if plan.runs("simulate") || plan.runs("render") {
+    let gpu = if ["simulate", "render", "flow"].iter().any(|s| plan.runs(s)) {
         let asked = Options {
             device: options.device.clone(),
             validation: options.validate,
@@ -81,16 +84,29 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<(), AppError> {
     }
     report.size = plan.runs("render").then_some([assembled.size.0, assembled.size.1]);
 
-    let mut clip = Clip { scene: &loaded.scene, plan: &plan, assembled: &assembled, out: &out, report, progress };
+    let mut clip = Clip {
+        scene: &loaded.scene,
+        plan: &plan,
+        assembled: &assembled,
+        out: &out,
+        report,
+        progress,
+        flow: None,
+        quiet: options.quiet,
+    };
     if let Some(gpu) = &gpu {
         clip.check_memory(gpu)?;
     }
+    clip.open_flow(&loaded, options, &interrupt)?;
     out_folder::remove_earlier(&out);
-    let ended = gpu.as_ref().map_or(Ok(()), |gpu| clip.play(gpu, &interrupt));
+    let ended = gpu.as_ref().map_or(Ok(()), |gpu| {
+        clip.play(gpu, &interrupt)?;
+        clip.refine(gpu, &interrupt, begun)
+    });
     if let Some(gpu) = &gpu {
         warm::keep(gpu, kept.len());
     }
-    clip.close(ended, gpu.as_ref(), begun, options.quiet)
+    clip.close(ended, gpu.as_ref(), begun)
 }
 
 /// A run from its first frame on.
@@ -101,6 +117,8 @@ struct Clip<'a> {
     out: &'a Path,
     report: Report,
     progress: Progress,
+    flow: Option<FlowRun>,
+    quiet: bool,
 }
 
 impl Clip<'_> {
@@ -128,6 +146,11 @@ impl Clip<'_> {
 
     /// Simulates, draws and hands over every frame.
     fn play(&mut self, gpu: &Gpu, interrupt: &Interrupt) -> Result<(), AppError> {
+        if self.plan.runs("driving") {
+            // The frames were read.
+            self.report.deterministic = true;
+            return Ok(());
+        }
         // First, because it may refuse a size.
         let mut encoder = match self.plan.runs("encode") {
             true => {
@@ -144,6 +167,9 @@ impl Clip<'_> {
             self.report.add_ms(stage, *ms);
         }
         self.report.deterministic = animation.deterministic();
+        if let Some(flow) = &mut self.flow {
+            flow.background(&animation);
+        }
         let start = self.measure(&animation)?;
         let points = self.points();
         if points.is_some() {
@@ -207,13 +233,16 @@ impl Clip<'_> {
             let since = Instant::now();
             if let Some(image) = animation.draw()? {
                 self.report.took("render", since);
+                if let Some(flow) = &mut self.flow {
+                    flow.push(&image);
+                }
                 let since = Instant::now();
                 if let Some(encoder) = encoder {
                     encoder.push(image.rgb.clone())?;
                 }
                 self.report.took("encode", since);
                 let size = (image.width, image.height);
-                let layers = image.depth.zip(image.ids);
+                let layers = image.depth.zip(image.ids).filter(|_| self.scene.output.exr);
                 let since = Instant::now();
                 if !writer.push(Job::Picture { frame, size, rgb: image.rgb, layers }) {
                     // The writer's own failure is told by whoever ends it.
@@ -297,13 +326,7 @@ impl Clip<'_> {
     }
 
     /// Writes the report, tells what a user should know and passes on how the run ended.
-    fn close(
-        mut self,
-        ended: Result<(), AppError>,
-        gpu: Option<&Gpu>,
-        begun: Instant,
-        quiet: bool,
-    ) -> Result<(), AppError> {
+    fn close(mut self, ended: Result<(), AppError>, gpu: Option<&Gpu>, begun: Instant) -> Result<(), AppError> {
         if let Some(gpu) = gpu {
             self.report.pipelines = gpu.compiled().into_iter().map(str::to_owned).collect();
             self.report.memory.peak = gpu.memory_used().1;
@@ -313,7 +336,7 @@ impl Clip<'_> {
         let ended = ended.and(if messages.is_empty() { Ok(()) } else { Err(AppError::Validation(messages)) });
         self.report.status = match &ended {
             Ok(()) => Status::Ok,
-            Err(AppError::Interrupted { .. }) => Status::Interrupted,
+            Err(e) if e.exit_code() == INTERRUPTED => Status::Interrupted,
             Err(_) => Status::Failed,
         };
         self.report.message = ended.as_ref().err().map(ToString::to_string);
@@ -330,8 +353,9 @@ impl Clip<'_> {
         // What ended the run says more than a report that could not be written after it.
         ended?;
         written?;
-        if !quiet {
-            let result = if self.plan.until == Until::Video { self.out.join(VIDEO) } else { path };
+        if !self.quiet {
+            let video = if self.report.flow.is_some() { FLOW_VIDEO } else { VIDEO };
+            let result = if self.plan.until == Until::Video { self.out.join(video) } else { path };
             print(&format!("{} ({} frames, {:.1} s)", result.display(), self.report.frames, self.report.wall_s));
         }
         Ok(())

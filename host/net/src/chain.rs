@@ -9,7 +9,8 @@ use crate::array::Array;
 use crate::error::NetError;
 use crate::files::{Folder, PlainFile, sha256};
 use crate::library::Runtime;
-use crate::manifest::{FileSpec, GraphSpec, Load, RoleSpec};
+use crate::manifest::{FileSpec, GraphSpec, Load, Manifest, Role, RoleSpec};
+use crate::model::has_no;
 use crate::onnx::{self, GraphInfo};
 use crate::session::{Feed, Session, copy, copy_floats};
 
@@ -48,6 +49,18 @@ pub(crate) fn memory(folder: &Folder, role: &RoleSpec) -> Result<u64, NetError> 
         Load::Together => sizes.iter().fold(0, |sum, &size| sum.saturating_add(size)),
         Load::InTurn => sizes.iter().copied().max().unwrap_or(0),
     })
+}
+
+impl Manifest {
+    /// Bytes the networks of these roles take when loaded.
+    ///
+    /// # Errors
+    /// A role the model has not, or a file that is not there.
+    pub fn memory(&self, roles: &[Role]) -> Result<u64, NetError> {
+        let folder = Folder::new(&self.folder);
+        let of = |role: Role| memory(&folder, self.role(role).ok_or_else(|| has_no(self, role))?);
+        roles.iter().try_fold(0u64, |sum, &role| Ok(sum.saturating_add(of(role)?)))
+    }
 }
 
 impl Graph {

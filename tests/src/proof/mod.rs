@@ -6,6 +6,7 @@ pub mod cells;
 pub mod cloud;
 pub mod compare;
 pub mod harness;
+pub mod latent;
 pub mod lattice;
 pub mod mpm;
 pub mod points;
@@ -21,6 +22,12 @@ pub static CASES: &[&Case] = &[
     &cells::locate::CASE,
     &cells::place::CASE,
     &cells::range::CASE,
+    &latent::adapt::CASE,
+    &latent::flow_step::CASE,
+    &latent::mask_pool::CASE,
+    &latent::mix::CASE,
+    &latent::sde_step::CASE,
+    &latent::stats::CASE,
     &mpm::clock::CASE,
     &mpm::g2p::CASE,
     &mpm::grid::CASE,
@@ -69,7 +76,7 @@ pub struct Case {
 /// What inputs to make.
 #[derive(Clone, Copy, Debug)]
 pub struct Ask {
-    /// Items: particles, points, pixels or tiles.
+    /// Items: particles, points, pixels, tiles, or fours of a latent's elements.
     pub items: usize,
     /// Seed; also chooses between variants of a kernel.
     pub seed: u64,

@@ -8,6 +8,7 @@ use super::print;
 use crate::cli::Overrides;
 use crate::device;
 use crate::error::AppError;
+use crate::flow::{NetChoice, Outlook};
 use crate::load::Loaded;
 
 pub(super) fn check(path: &Path) -> Result<(), AppError> {
@@ -16,6 +17,10 @@ pub(super) fn check(path: &Path) -> Result<(), AppError> {
     let mut inputs = loaded.inputs(&plan)?;
     inputs.memory = device::host_memory();
     let assembled = assemble(&loaded.scene, &inputs, &plan).map_err(|p| loaded.locate(vec![p]))?;
+    if plan.runs("flow") {
+        let (size, frames) = super::plan::driven(&loaded, assembled.size)?;
+        Outlook::new(&loaded, &NetChoice::default(), size, frames)?;
+    }
     let particles: usize = assembled.world.bodies.iter().map(|b| b.positions.len()).sum();
     print(&format!("{}: ok, {} objects, {particles} particles", path.display(), loaded.scene.objects.len()));
     Ok(())

@@ -19,7 +19,9 @@ use crate::run;
 pub fn dispatch(cli: Cli) -> Result<(), AppError> {
     match cli.command {
         Some(Command::Run { scene, options }) => run::run(&scene, &options),
-        Some(Command::Plan { scene, overrides, device }) => plan::plan(&scene, &overrides, device.as_deref()),
+        Some(Command::Plan { scene, overrides, device, model }) => {
+            plan::plan(&scene, &overrides, device.as_deref(), model.as_ref())
+        }
         Some(Command::Check { scene }) => check::check(&scene),
         Some(Command::Schema) => schema::schema(),
         Some(Command::Devices { json }) => devices::devices(json),

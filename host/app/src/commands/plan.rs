@@ -1,6 +1,6 @@
 //! `plan`: what a run would do and take, as a table. Writes nothing and compiles nothing.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use physvideo::assemble::assemble;
 use physvideo::estimate::{Estimate, estimate};
@@ -11,9 +11,15 @@ use super::print;
 use crate::cli::Overrides;
 use crate::device;
 use crate::error::AppError;
+use crate::flow::{NetChoice, Outlook, Source};
 use crate::load::Loaded;
 
-pub(super) fn plan(path: &Path, overrides: &Overrides, asked: Option<&str>) -> Result<(), AppError> {
+pub(super) fn plan(
+    path: &Path,
+    overrides: &Overrides,
+    asked: Option<&str>,
+    model: Option<&PathBuf>,
+) -> Result<(), AppError> {
     let loaded = Loaded::open(path, overrides)?;
     let plan = loaded.plan();
     // Planning goes without a device; one that was asked for by name must be there.
@@ -36,8 +42,37 @@ pub(super) fn plan(path: &Path, overrides: &Overrides, asked: Option<&str>) -> R
         print(&format!("{:<12} {note}", "note"));
     }
     print(&numbers(&loaded, &plan, &estimate));
+    if plan.runs("flow") {
+        let frames = driven(&loaded, assembled.size)?;
+        let choice = NetChoice { model: model.cloned(), ..NetChoice::default() };
+        if let Some(outlook) = Outlook::new(&loaded, &choice, frames.0, frames.1)? {
+            print(&flow(&outlook));
+        }
+    }
     print(&memory(&estimate, device));
     Ok(())
+}
+
+/// Size and number of the frames that the network is given.
+pub(super) fn driven(loaded: &Loaded, drawn: (u32, u32)) -> Result<((u32, u32), usize), AppError> {
+    let asked = loaded.scene.output.frames as usize;
+    match loaded.scene.flow.as_ref().and_then(|f| f.input.as_ref()) {
+        None => Ok((drawn, asked)),
+        Some(input) => {
+            let source = Source::read(loaded, input, asked)?;
+            Ok((source.frames.first().map_or(drawn, |f| f.size), source.frames.len()))
+        }
+    }
+}
+
+fn flow(outlook: &Outlook) -> String {
+    let Outlook { model, size: (width, height), latent: [c, t, h, w], chunks, nfe, latent_bytes, network_bytes } =
+        outlook;
+    format!(
+        "{:<12} model {model} at {width} × {height}, latents {c} × {t} × {h} × {w}, {chunks} chunks, {nfe} evaluations, \
+         {latent_bytes} bytes of latents, {network_bytes} of networks",
+        "network"
+    )
 }
 
 fn stages(plan: &Plan) -> String {
@@ -69,6 +104,7 @@ fn most_pipelines(plan: &Plan) -> usize {
     let used = |folder: &str| match folder {
         "cells" | "mpm" => plan.runs("simulate"),
         "points" => plan.runs("render"),
+        "latent" => plan.runs("flow"),
         _ => false,
     };
     kernels::KERNELS.iter().filter(|k| k.name.split_once('/').is_some_and(|(folder, _)| used(folder))).count()

@@ -34,7 +34,7 @@ fn each(items: usize, ask: Ask) -> Call {
 }
 
 /// Sides of an image of so many pixels, as square as can be.
-fn image(pixels: usize) -> [u32; 2] {
+pub(super) fn image(pixels: usize) -> [u32; 2] {
     let width = (1..=pixels).take_while(|w| w * w <= pixels).filter(|w| pixels.is_multiple_of(*w)).last().unwrap_or(0);
     [width as u32, pixels.checked_div(width).unwrap_or(0) as u32]
 }
