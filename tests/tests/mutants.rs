@@ -63,12 +63,10 @@ const POINTS: [(&str, &str, &str, &str); 23] = [
 ];
 
 /// The same for latents.
-const LATENT: [(&str, &str, &str, &str); 32] = [
+const LATENT: [(&str, &str, &str, &str); 30] = [
     ("latent/adapt", "latent/adapt", "given.guidance * (p - u)", "given.guidance * (u - p)"),
     ("latent/adapt", "latent/adapt", "+ given.kz * texel(z, i)", "- given.kz * texel(z, i)"),
-    ("latent/adapt", "latent/adapt", "4u * i + before", "4u * i"),
-    ("latent/adapt", "latent/adapt", "atomicAdd(&faults.count, many)", "atomicAdd(&faults.count, 1u)"),
-    ("latent/adapt", "latent/adapt", "turn.live && many > 0u", "many > 0u"),
+    ("latent/adapt", "latent/adapt", "if (turn.live)", "if (true)"),
     ("latent/flow_step", "latent/flow_step", "step += given.b", "step -= given.b"),
     ("latent/flow_step", "latent/flow_step", "next = select(next, old, weights", "next = select(old, next, weights"),
     ("latent/flow_step", "latent/flow_step", "if (HELD)", "if (false)"),

@@ -55,7 +55,6 @@ pub struct LatentSpace<'gpu> {
     update: Buf<f32>,
     free: Option<Buf<f32>>,
     partials: Buf<kernels::Partial>,
-    faults: Buf<kernels::Faults>,
 }
 
 /// What a latent space is made for.
@@ -119,7 +118,6 @@ impl<'gpu> LatentSpace<'gpu> {
             update: gpu.alloc(ARENA, "latent/update", cells)?,
             free: if setup.free.is_some() { Some(gpu.alloc(ARENA, "latent/free", cells)?) } else { None },
             partials: gpu.alloc(ARENA, "latent/partials", partials(elements))?,
-            faults: gpu.alloc(ARENA, "latent/faults", 1)?,
         };
         gpu.write(space.tensor.cast::<f32>(), elements, setup.tail)?;
         if let (Some(buf), Some(anchor)) = (space.anchor, setup.anchor) {
@@ -226,7 +224,6 @@ impl<'gpu> LatentSpace<'gpu> {
             conditional: self.predicted,
             unconditional: guided.unwrap_or(self.predicted),
             velocity,
-            faults: self.faults,
             immediates: kernels::Adapt {
                 count: self.elements as u32,
                 kp: reading.scale as f32,

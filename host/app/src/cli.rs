@@ -86,32 +86,13 @@ pub enum ModelsCommand {
     Check {
         /// Folders of models, or folders of such folders [default: assets/models].
         folders: Vec<PathBuf>,
-        /// The ONNX Runtime library [default: that of tools/setup, else the system's].
+        /// ONNX Runtime's library [default: beside the program, else the system's].
         #[arg(long, value_name = "PATH")]
         ort_lib: Option<PathBuf>,
-        /// What runs networks.
-        #[arg(long, value_name = "WHAT", value_enum, default_value_t)]
-        provider: NetworkProvider,
+        /// Where networks run.
+        #[arg(long, value_name = "WHERE")]
+        provider: Option<ProviderName>,
     },
-}
-
-/// What runs networks.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
-pub enum NetworkProvider {
-    /// The processor.
-    #[default]
-    Cpu,
-    /// An NVIDIA card, with a library built for it.
-    Cuda,
-}
-
-impl From<NetworkProvider> for Provider {
-    fn from(provider: NetworkProvider) -> Self {
-        match provider {
-            NetworkProvider::Cpu => Self::Cpu,
-            NetworkProvider::Cuda => Self::Cuda,
-        }
-    }
 }
 
 /// What a command line says in place of the scene.
@@ -140,6 +121,12 @@ pub struct RunOptions {
     /// What the scene says otherwise.
     #[command(flatten)]
     pub overrides: Overrides,
+    /// ONNX Runtime's library [default: beside the program, else the system's].
+    #[arg(long, value_name = "PATH")]
+    pub ort_lib: Option<PathBuf>,
+    /// Where networks run.
+    #[arg(long, value_name = "WHERE")]
+    pub provider: Option<ProviderName>,
     /// Folder of a network's model.toml in place of the scene's `flow.model`; it may lie anywhere.
     #[arg(long, value_name = "DIR")]
     pub model: Option<PathBuf>,
@@ -155,12 +142,6 @@ pub struct RunOptions {
     /// Run under the Vulkan validation layer and fail on any message of it.
     #[arg(long)]
     pub validate: bool,
-    /// The ONNX Runtime library [default: that of tools/setup, else the system's].
-    #[arg(long, value_name = "PATH")]
-    pub ort_lib: Option<PathBuf>,
-    /// What runs networks.
-    #[arg(long, value_name = "WHAT", value_enum, default_value_t)]
-    pub provider: NetworkProvider,
 }
 
 impl RunOptions {
@@ -170,6 +151,24 @@ impl RunOptions {
             (true, _) => ProgressMode::Quiet,
             (_, true) => ProgressMode::Json,
             _ => ProgressMode::Auto,
+        }
+    }
+}
+
+/// Where networks run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ProviderName {
+    /// The processor.
+    Cpu,
+    /// An NVIDIA card, where the library has it.
+    Cuda,
+}
+
+impl From<ProviderName> for Provider {
+    fn from(name: ProviderName) -> Self {
+        match name {
+            ProviderName::Cpu => Self::Cpu,
+            ProviderName::Cuda => Self::Cuda,
         }
     }
 }

@@ -10,6 +10,7 @@ use crate::error::NetError;
 use crate::files::{Folder, PlainFile, sha256};
 use crate::library::Runtime;
 use crate::manifest::{FileSpec, GraphSpec, Load, Manifest, Role, RoleSpec};
+use crate::model::has_no;
 use crate::onnx::{self, GraphInfo};
 use crate::session::{Feed, Session, copy, copy_floats};
 
@@ -57,11 +58,8 @@ impl Manifest {
     /// A role the model has not, or a file that is not there.
     pub fn memory(&self, roles: &[Role]) -> Result<u64, NetError> {
         let folder = Folder::new(&self.folder);
-        let spec = |role: &Role| {
-            let missing = || NetError::usage(format!("model {} has no {} network", self.name, role.name()));
-            self.role(*role).ok_or_else(missing)
-        };
-        roles.iter().try_fold(0u64, |sum, role| Ok(sum.saturating_add(memory(&folder, spec(role)?)?)))
+        let of = |role: Role| memory(&folder, self.role(role).ok_or_else(|| has_no(self, role))?);
+        roles.iter().try_fold(0u64, |sum, &role| Ok(sum.saturating_add(of(role)?)))
     }
 }
 

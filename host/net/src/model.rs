@@ -63,15 +63,11 @@ impl Model {
         let never = AtomicBool::new(false);
         let cancel = options.cancel.unwrap_or(&never);
         let folder = Folder::new(&manifest.folder);
-        let mut need = 0u64;
-        let mut named = Vec::new();
-        for role in Role::ALL.into_iter().filter(|role| options.roles.contains(role)) {
-            let spec = manifest.role(role).ok_or_else(|| has_no(&manifest, role))?;
-            need = need.saturating_add(chain::memory(&folder, spec)?);
-            named.push(role.name());
-        }
+        let roles: Vec<Role> = Role::ALL.into_iter().filter(|role| options.roles.contains(role)).collect();
+        let need = manifest.memory(&roles)?;
         let available = options.available_memory.or_else(free_memory).unwrap_or(u64::MAX);
         if need > available {
+            let named: Vec<_> = roles.iter().map(|role| role.name()).collect();
             let what = format!("model {} ({})", manifest.name, named.join(", "));
             return Err(NetError::Memory { what, need, available });
         }
@@ -203,7 +199,7 @@ impl Velocity {
     }
 }
 
-fn has_no(manifest: &Manifest, role: Role) -> NetError {
+pub(crate) fn has_no(manifest: &Manifest, role: Role) -> NetError {
     NetError::usage(format!("model {} has no {} network", manifest.name, role.name()))
 }
 

@@ -1,15 +1,11 @@
 //! use lib/latent
 // What a network predicted, guided, as the velocity towards the data: v = kp p + kz z. The host chooses kp and kz by
-// the network's convention. Values that are not finite are counted, and the first of them is told.
+// the network's convention.
 //! texels z: vec4f
 //! texels conditional: vec4f
 //! texels unconditional: vec4f
 
 struct Latents { d: array<vec4f> }
-struct Faults {
-    count: atomic<u32>,     // starts at 0
-    first: atomic<u32>,     // lowest index; starts at 0xffffffff
-}
 struct Adapt {
     count: u32,             // elements, a multiple of 4
     kp: f32,
@@ -20,7 +16,6 @@ struct Adapt {
 @group(0) @binding(1) var conditional: texture_1d<u32>;
 @group(0) @binding(2) var unconditional: texture_1d<u32>;
 @group(0) @binding(3) var<storage, read_write> velocity: Latents;
-@group(0) @binding(4) var<storage, read_write> faults: Faults;
 var<immediate> call: Adapt;
 
 // Classifier-free guidance (Ho and Salimans 2022); without it `unconditional` is not read.
@@ -38,11 +33,4 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
     }
     let v = given.kp * p + given.kz * texel(z, i);
     if (turn.live) { velocity.d[i] = v; }
-    let bad = select(vec4u(1u), vec4u(0u), finite(v));
-    let many = bad.x + bad.y + bad.z + bad.w;
-    if (turn.live && many > 0u) {
-        let before = select(select(select(3u, 2u, bad.z != 0u), 1u, bad.y != 0u), 0u, bad.x != 0u);
-        atomicAdd(&faults.count, many);
-        atomicMin(&faults.first, 4u * i + before);
-    }
 }

@@ -1,6 +1,6 @@
 //! Steps on the device against closed forms, and what they must leave alone.
 
-use physvideo_gpu::kernels::{Adapt, Buf, Faults, FlowStep, MaskPool, SdeStep, latent};
+use physvideo_gpu::kernels::{Adapt, Buf, FlowStep, MaskPool, SdeStep, latent};
 use physvideo_gpu::{Constants, Gpu, Recording};
 use physvideo_tests::device;
 use physvideo_tests::random::Random;
@@ -36,7 +36,6 @@ impl<'a> Chain<'a> {
     /// v = μ + ((1 − τ) − τ)(z − (1 − τ) μ)/S.
     fn step(&mut self, n: u32, mu: f64, sign: f64, gamma: f64, [s0, s1]: [f64; 2]) {
         let c = ((1.0 - TAU) - TAU) / S;
-        let faults = self.gpu.alloc::<Faults>("chain", "faults", 1).unwrap();
         let count = COUNT as u32;
         let (z, ones) = (self.z.cast(), self.ones.cast());
         let adapt = latent::Adapt {
@@ -44,7 +43,6 @@ impl<'a> Chain<'a> {
             conditional: z,
             unconditional: z,
             velocity: self.v.cast(),
-            faults,
             immediates: Adapt { count, kp: (sign * c) as f32, kz: 0.0, guidance: 0.0 },
         };
         self.recording.each(&adapt, &Constants::none(), u64::from(count) / 4);

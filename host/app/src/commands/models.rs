@@ -14,9 +14,10 @@ const MANIFEST: &str = "model.toml";
 pub(super) fn models(command: ModelsCommand) -> Result<(), AppError> {
     match command {
         ModelsCommand::List { folders } => list(&folders),
-        ModelsCommand::Check { folders, ort_lib, provider } => {
-            check(&folders, &LibraryChoice { path: ort_lib, provider: provider.into(), threads: None })
-        }
+        ModelsCommand::Check { folders, ort_lib, provider } => check(
+            &folders,
+            &LibraryChoice { path: ort_lib, provider: provider.map(Into::into).unwrap_or_default(), threads: None },
+        ),
     }
 }
 

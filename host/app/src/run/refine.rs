@@ -25,7 +25,7 @@ impl Clip<'_> {
         let Some(flow) = self.scene.flow.as_ref().filter(|_| self.plan.runs("flow")) else { return Ok(()) };
         let choice = NetChoice {
             library: options.ort_lib.clone(),
-            provider: options.provider.into(),
+            provider: options.provider.map_or_else(Default::default, Into::into),
             model: options.model.clone(),
         };
         let source = match &flow.input {
