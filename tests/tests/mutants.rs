@@ -66,7 +66,7 @@ const POINTS: [(&str, &str, &str, &str); 23] = [
 const LATENT: [(&str, &str, &str, &str); 30] = [
     ("latent/adapt", "latent/adapt", "given.guidance * (p - u)", "given.guidance * (u - p)"),
     ("latent/adapt", "latent/adapt", "+ given.kz * texel(z, i)", "- given.kz * texel(z, i)"),
-    ("latent/adapt", "latent/adapt", "if (turn.live)", "if (true)"),
+    ("latent/adapt", "latent/adapt", "given.kp * p", "given.kz * p"),
     ("latent/flow_step", "latent/flow_step", "step += given.b", "step -= given.b"),
     ("latent/flow_step", "latent/flow_step", "next = select(next, old, weights", "next = select(old, next, weights"),
     ("latent/flow_step", "latent/flow_step", "if (HELD)", "if (false)"),
