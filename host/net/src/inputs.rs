@@ -1,16 +1,18 @@
 //! Everything a velocity network reads besides z and the noise level, made once for a chunk. Runs no network.
 
+mod make;
 mod parts;
 
 use crate::array::Array;
 use crate::embeddings::Embeddings;
 use crate::error::NetError;
 use crate::layout::{shape, to_graph};
-use crate::manifest::{Dtype, Grid, Guidance, Layout, Manifest, Part, Per, Source, VelocitySpec};
-use crate::numbers::{clamped, indices, number};
+use crate::manifest::{Dtype, Grid, Guidance, Layout, Manifest, Part, Per, VelocitySpec};
+use crate::numbers::{clamped, number};
 use crate::schedule::{Sigma, nearest, vp_table};
 use crate::session::Feed;
 use crate::tensor::Tensor;
+use make::Maker;
 use parts::Condition;
 
 /// What a chunk is conditioned on.
@@ -129,15 +131,14 @@ impl VelocityInputs {
         if c.guidance.is_some() && guidance.is_none() {
             return Err(NetError::usage("guidance is a number that is not negative"));
         }
-        let condition = Condition::new(manifest, c, own)?;
         // At scale 1 the unconditional branch cancels.
         let cfg = match velocity.guidance {
             Guidance::Cfg { scale, .. } => Some(guidance.unwrap_or(scale)).filter(|&scale| scale != 1.0),
             _ => None,
         };
+        let maker = Maker { manifest, velocity, c, own, condition: Condition::new(manifest, c, own)? };
         let prepare = |branch: Branch| -> Result<Vec<Prepared>, NetError> {
-            let each = velocity.inputs.iter().enumerate();
-            each.map(|(i, input)| prepare(manifest, velocity, c, own, &condition, branch, i, input.dtype)).collect()
+            (0..velocity.inputs.len()).map(|i| maker.prepare(i, branch)).collect()
         };
         let conditional = prepare(Branch::Conditional)?;
         let unconditional = if cfg.is_some() { prepare(Branch::Unconditional)? } else { Vec::new() };
@@ -291,70 +292,6 @@ impl WithHole {
             _ => Array::from_f32(shape, &to_graph(&data, self.axes, self.layout), self.dtype),
         }
     }
-}
-
-#[allow(clippy::too_many_arguments)]
-fn prepare(
-    manifest: &Manifest,
-    velocity: &VelocitySpec,
-    c: &Conditioning,
-    own: &Own<'_>,
-    condition: &Condition<'_>,
-    branch: Branch,
-    i: usize,
-    dtype: Dtype,
-) -> Result<Prepared, NetError> {
-    let spec = &velocity.inputs[i];
-    let grid = c.grid;
-    Ok(match &spec.source {
-        Source::Latent(latent) => {
-            let (data, axes, holes) = condition.join(latent, branch)?;
-            if holes.is_empty() {
-                let there = to_graph(&data, axes, latent.layout);
-                Prepared::Fixed(Array::from_f32(shape(axes, latent.layout), &there, dtype))
-            } else {
-                Prepared::Latents(WithHole { data, axes, holes, layout: latent.layout, dtype })
-            }
-        }
-        &Source::Sigma { scale, per } => Prepared::Sigma { scale, per, dtype },
-        &Source::Timestep { scale, per } => Prepared::Timestep { scale, per, dtype },
-        &Source::Guidance { scale, per } => {
-            let usual = if let Guidance::Embedded { scale } = velocity.guidance { scale } else { 0.0 };
-            Prepared::Fixed(number(c.guidance.unwrap_or(usual) * scale, per, grid, false, dtype)?)
-        }
-        &Source::Size { axis, scale, per } => {
-            let size = [grid.frames, grid.height, grid.width].get(axis).copied().unwrap_or(0);
-            Prepared::Fixed(number(size as f64 * scale, per, grid, false, dtype)?)
-        }
-        Source::Indices { of } => Prepared::Fixed(indices(of, &manifest.chunk, grid.frames, c.padding, dtype)),
-        Source::Constant { shape, values } => {
-            let n = shape.iter().product();
-            let data = if values.len() == n { values.clone() } else { vec![values.first().copied().unwrap_or(0.0); n] };
-            Prepared::Fixed(Array::from_f64(shape.clone(), &data, dtype))
-        }
-        Source::ConstantFile { file } => {
-            let array = own.constants.get(i).and_then(Option::as_ref);
-            let array =
-                array.ok_or_else(|| NetError::usage(format!("{file} of model {} was not read", manifest.name)))?;
-            Prepared::Fixed(Array::from_f64(array.shape.clone(), &array.data, dtype))
-        }
-        Source::Embedding { key, optional_zeros } => {
-            let negatives = [c.negative.as_ref(), own.negative];
-            let negatives = if branch == Branch::Unconditional { negatives } else { [None; 2] };
-            let mut places = negatives.into_iter().chain([c.embeddings.as_ref(), own.embeddings]).flatten();
-            match (places.find_map(|e| e.get(key)), optional_zeros) {
-                (Some(array), _) => Prepared::Fixed(Array::from_f64(array.shape.clone(), &array.data, dtype)),
-                (None, Some(shape)) => {
-                    let zeros = vec![0.0; shape.iter().product()];
-                    Prepared::Fixed(Array::from_f64(shape.clone(), &zeros, dtype))
-                }
-                (None, None) => {
-                    let text = format!("model {} needs an embedding `{key}`, and no file has it", manifest.name);
-                    return Err(NetError::usage(text));
-                }
-            }
-        }
-    })
 }
 
 /// Whether a part is zero in a branch.

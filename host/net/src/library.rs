@@ -129,7 +129,8 @@ fn find(choice: &LibraryChoice) -> Result<PathBuf, NetError> {
         return named(path, "the program's folder");
     }
     // SAFETY: loading runs the library's initialisers; it is the system's library of this name.
-    if unsafe { Library::new(&name) }.is_ok() {
+    if let Ok(library) = unsafe { Library::new(&name) } {
+        std::mem::forget(library);
         return Ok(PathBuf::from(name));
     }
     let places: Vec<_> = near.iter().take(3).map(|p| p.display().to_string()).collect();
@@ -171,5 +172,7 @@ fn verify(path: &Path) -> Result<String, NetError> {
     if !new_enough || unsafe { (base.GetApi)(ORT_API_VERSION) }.is_null() {
         return Err(refuse(format!("its version is {version}, and 1.{ORT_API_VERSION} or a later 1.x is needed")));
     }
+    // It stays: `ort` loads it next.
+    std::mem::forget(library);
     Ok(version)
 }

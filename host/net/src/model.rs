@@ -210,9 +210,19 @@ fn not_open(manifest: &Manifest, role: Role) -> NetError {
     NetError::usage(format!("the {} network of model {} was not opened", role.name(), manifest.name))
 }
 
-/// Bytes that programs can still have, where the system tells.
+/// Bytes that programs can still have, where the system tells: those of the machine, or of the container if it has
+/// fewer.
 pub(crate) fn free_memory() -> Option<u64> {
-    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
-    line.trim().trim_end_matches("kB").trim().parse::<u64>().ok().map(|kib| kib << 10)
+    let read = |path: &str| std::fs::read_to_string(path).ok();
+    let of = |text: &str, key: &str| {
+        let line = text.lines().find_map(|line| line.strip_prefix(key))?;
+        line.trim().trim_end_matches("kB").trim().parse::<u64>().ok()
+    };
+    let machine = of(&read("/proc/meminfo")?, "MemAvailable:")? << 10;
+    let container = || {
+        let most = read("/sys/fs/cgroup/memory.max")?.trim().parse::<u64>().ok()?;
+        // What is cached of files is given back when it is needed.
+        Some(most.saturating_sub(of(&read("/sys/fs/cgroup/memory.stat")?, "anon ")?))
+    };
+    Some(container().map_or(machine, |container| machine.min(container)))
 }

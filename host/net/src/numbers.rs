@@ -36,8 +36,8 @@ pub(crate) fn indices(of: &[Part], chunk: &ChunkSpec, frames: usize, padding: us
             Part::Latents => at.extend(latents..latents + frames),
             // Chronological: forward the nearest is the last, backward the first.
             Part::History(slots) if forward => {
-                let end = latents - slots.nearest;
-                at.extend(end - slots.count..end);
+                let end = latents.saturating_sub(slots.nearest);
+                at.extend(end.saturating_sub(slots.count)..end);
             }
             Part::History(slots) => {
                 let start = latents + frames + slots.nearest;
