@@ -13,7 +13,9 @@ use physvideo::geometry;
 use physvideo::scene::Source;
 use physvideo_app::cli::Overrides;
 use physvideo_app::error::AppError;
+use physvideo_app::flow::Pixels;
 use physvideo_app::io::read::{read_color_image, read_points};
+use physvideo_app::io::write::numbered;
 use physvideo_app::load::Loaded;
 use physvideo_tests::demo::{self, Picture, Still};
 
@@ -87,7 +89,41 @@ fn check(scene: &Path, out: &Path) -> Result<bool, String> {
     run.tips(&mut table)?;
     let loose = run.detached(&still, &covered)?;
     table.row("object pixels detached, worst frame [%]", format!("{loose:.3}"), "<= 0.1", loose <= 0.1);
+    if loaded.scene.flow.is_some() {
+        flow(&run.frames, out, &mut table)?;
+    }
     Ok(!table.missed)
+}
+
+/// Mean likeness of the flow's frames to the drawn ones that is more than chance [dB]: noise of the same colours has
+/// about 9. How good the network is, is told by its card, not here.
+const MORE_THAN_CHANCE: f64 = 12.0;
+
+/// The frames after the network.
+fn flow(drawn: &[Picture], out: &Path, table: &mut Table) -> Result<(), String> {
+    let said = |e: &dyn std::fmt::Display| e.to_string();
+    let text = std::fs::read_to_string(out.join("report.json")).map_err(|e| said(&e))?;
+    let report: serde_json::Value = serde_json::from_str(&text).map_err(|e| said(&e))?;
+    let (nfe, chunks) = (&report["flow"]["nfe"]["total"], report["flow"]["chunks"].as_array().map_or(0, Vec::len));
+    let want = 50 * chunks as u64;
+    table.row("evaluations of the network", nfe, &format!("= 50 x {chunks} chunks"), nfe.as_u64() == Some(want));
+    let video = std::fs::metadata(out.join("flow.mp4")).map_or(0, |m| m.len());
+    table.row("flow.mp4 [bytes]", video, "> 0", video > 0);
+    let mut likeness = Vec::new();
+    for (frame, drawn) in drawn.iter().enumerate() {
+        let path = out.join("flow").join(numbered(frame as u32, "png"));
+        let image = read_color_image(&path).map_err(|e| said(&e))?;
+        let flat: Vec<u8> = drawn.rgb.iter().flatten().copied().collect();
+        let size = (drawn.width as u32, (drawn.rgb.len() / drawn.width) as u32);
+        let small = Pixels { size, rgb: flat }.scaled((image.width, image.height));
+        let squares = small.rgb.iter().zip(&image.rgb).map(|(a, b)| f64::from(a.abs_diff(*b)).powi(2));
+        let mean = squares.sum::<f64>() / image.rgb.len() as f64;
+        likeness.push(10.0 * (255.0f64.powi(2) / mean.max(1e-12)).log10());
+    }
+    let mean = likeness.iter().sum::<f64>() / likeness.len().max(1) as f64;
+    let bound = format!(">= {MORE_THAN_CHANCE}");
+    table.row("likeness of flow and drawn frames, PSNR [dB]", format!("{mean:.1}"), &bound, mean >= MORE_THAN_CHANCE);
+    Ok(())
 }
 
 fn load(scene: &Path) -> Result<(Loaded, Assembled), String> {
