@@ -3,18 +3,19 @@
 // those of WGSL may be as wrong as 2^-11: here a normal is right to 3e-7 where it is below 1, and to as large a part of
 // it above. Largest value: sqrt(66 ln 2) = 6.764.
 
-// -2 ln u for u = (x + 0.5) / 2^32. Near 1 it is taken from 1 - u, which f32 still tells from 0.
+// -2 ln u for u = (x + 0.5) / 2^32. Above a half it is taken from 1 - u, which f32 still tells from 0.
 fn minus_two_log(x: u32) -> f32 {
-    let near = x >= 0xc0000000u;
-    let y = (f32(select(x, ~x, near)) + 0.5) * 2.3283064365386963e-10;
-    // u = 2^e (1 + f) with f in [-0.25, 0.5).
+    let near = x >= 0x80000000u;
+    // A positive i32, which software devices turn into f32 faster than a u32.
+    let y = (f32(bitcast<i32>(select(x, ~x, near))) + 0.5) * 2.3283064365386963e-10;
+    // u = 2^e (1 + f) with f in [-0.5, 0.5).
     let bits = bitcast<u32>(y) - 0x3f400000u;
     let e = select(f32(bitcast<i32>(bits) >> 23u), 0.0, near);
     let f = select(bitcast<f32>((bits & 0x7fffffu) + 0x3f400000u) - 1.0, -y, near);
     // ln (1 + f) = 2 artanh s.
     let s = f / (2.0 + f);
     let q = s * s;
-    let log1p = 2.0 * s + s * q * (0.6666671634 + q * (0.3997901678 + q * 0.2995560467));
+    let log1p = 2.0 * s + s * q * (0.6666663885 + q * (0.4000756145 + q * (0.2823661864 + q * 0.2685149908)));
     // ln 2 in two parts, of which the first is exact in few bits.
     return -2.0 * (e * 0.693359375 + (log1p - e * 2.1219444e-4));
 }

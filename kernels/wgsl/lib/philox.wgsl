@@ -1,22 +1,25 @@
 // Philox4x32-10, a counter-based generator (Salmon et al. 2011): four random words from a counter and a key, without
 // state, so that any lane may ask for any of them.
 
-// Upper half of a 64-bit product, by halves of 16 bits: not every device has 64-bit integers.
-fn upper_product(a: u32, b: u32) -> u32 {
-    let a0 = a & 0xffffu;
-    let a1 = a >> 16u;
+// Upper halves of 64-bit products with the two multipliers, by halves of 16 bits: not every device has 64-bit integers.
+// The middle terms of the first add up to less than 2^32; those of the second need their carry kept apart.
+fn upper_of_first(b: u32) -> u32 {
     let b0 = b & 0xffffu;
     let b1 = b >> 16u;
-    let middle = a1 * b0 + ((a0 * b0) >> 16u);
-    let other = a0 * b1 + (middle & 0xffffu);
-    return a1 * b1 + (middle >> 16u) + (other >> 16u);
+    return 0xd251u * b1 + ((0xd251u * b0 + ((0x1f53u * b0) >> 16u) + 0x1f53u * b1) >> 16u);
+}
+fn upper_of_second(b: u32) -> u32 {
+    let b0 = b & 0xffffu;
+    let b1 = b >> 16u;
+    let middle = 0xcd9eu * b0 + ((0x8d57u * b0) >> 16u);
+    return 0xcd9eu * b1 + (middle >> 16u) + ((0x8d57u * b1 + (middle & 0xffffu)) >> 16u);
 }
 
 fn philox_round(c: vec4u, key: vec2u) -> vec4u {
     return vec4u(
-        upper_product(0xcd9e8d57u, c.z) ^ c.y ^ key.x,
+        upper_of_second(c.z) ^ c.y ^ key.x,
         0xcd9e8d57u * c.z,
-        upper_product(0xd2511f53u, c.x) ^ c.w ^ key.y,
+        upper_of_first(c.x) ^ c.w ^ key.y,
         0xd2511f53u * c.x,
     );
 }

@@ -76,7 +76,7 @@ fn philox_gives_the_known_answers_on_the_device() {
     silent(&gpu);
 }
 
-/// Words where something changes: ends, the switch to 1 − u, powers of two, quarters of a turn; and random ones of
+/// Words where something changes: ends, the switch to 1 − u at a half, powers of two, quarters of a turn; and random ones of
 /// every length.
 fn edges() -> Vec<u32> {
     let mut random = Random::new(5);
