@@ -95,7 +95,12 @@ impl Gpu {
         let limits = unsafe { instance.get_physical_device_properties(physical) }.limits;
         let pipelines = Pipelines::new(device.clone(), &options.pipeline_cache)?;
         Ok(Self {
-            memory: RefCell::new(Memory::new(device.clone(), allocator, unified)),
+            memory: RefCell::new(Memory::new(
+                device.clone(),
+                allocator,
+                unified,
+                u64::from(limits.max_texel_buffer_elements),
+            )),
             pipelines: RefCell::new(pipelines),
             timestamp_period: limits.timestamp_period,
             info,

@@ -17,6 +17,8 @@ pub(crate) struct Memory {
     device: Arc<ash::Device>,
     allocator: Option<Allocator>,
     unified: bool,
+    /// Most texels of a buffer.
+    max_texels: u64,
     buffers: Vec<Option<Buffer>>,
     staging: Option<Buffer>,
     in_use: u64,
@@ -34,8 +36,9 @@ struct Buffer {
 }
 
 impl Memory {
-    pub(crate) fn new(device: Arc<ash::Device>, allocator: Allocator, unified: bool) -> Self {
-        Self { device, allocator: Some(allocator), unified, buffers: Vec::new(), staging: None, in_use: 0, peak: 0 }
+    pub(crate) fn new(device: Arc<ash::Device>, allocator: Allocator, unified: bool, max_texels: u64) -> Self {
+        let (allocator, buffers) = (Some(allocator), Vec::new());
+        Self { device, allocator, unified, max_texels, buffers, staging: None, in_use: 0, peak: 0 }
     }
 
     fn make(
@@ -107,6 +110,10 @@ impl Memory {
         let found = &mut self.buffers[buf.id as usize].as_mut().ok_or(GpuError::NoDevice("closed".into()))?.texels;
         if let Some(view) = found {
             return Ok(*view);
+        }
+        if bytes > self.max_texels.saturating_mul(16) {
+            let name = self.get(buf).map(|b| b.name.clone()).unwrap_or_default();
+            return Err(GpuError::TooLarge { name, need: bytes, available: self.max_texels.saturating_mul(16) });
         }
         let info =
             vk::BufferViewCreateInfo::default().buffer(handle).format(vk::Format::R32G32B32A32_UINT).range(bytes);

@@ -100,7 +100,7 @@ fn what_nothing_needs_is_not_there() {
     let still = run("still", "frames");
     let nothing = run("nothing", "state");
 
-    assert_eq!(skipped(&full), ["photo", "surfaces", "world", "points", "backdrop"]);
+    assert_eq!(skipped(&full), ["photo", "surfaces", "world", "points", "backdrop", "driving", "flow"]);
     assert!(pipelines(&full).iter().any(|p| p.starts_with("points/")));
     assert!(pipelines(&full).iter().any(|p| p.starts_with("mpm/")));
     assert!(
@@ -137,7 +137,7 @@ fn a_photograph_becomes_frames() {
     folder.run(&["--scene", "scene.toml", "--quiet", "--output", "frames", "--validate"]).expect(0, &[]);
     let report = folder.report("out/scene");
     assert_eq!(report["frames"], 2);
-    assert_eq!(skipped(&report), ["points", "encode"]);
+    assert_eq!(skipped(&report), ["points", "driving", "flow", "encode"]);
     let stages: Vec<&str> = report["stages"].as_array().unwrap().iter().map(|s| s["name"].as_str().unwrap()).collect();
     for stage in ["photo", "surfaces", "bodies", "display", "simulate", "render"] {
         assert!(stages.contains(&stage), "{stage} is not among {stages:?}");
