@@ -146,6 +146,13 @@ impl Model {
         Ok(())
     }
 
+    /// Loads what is loaded at each call only, one graph after the other, to see that it can be.
+    pub(crate) fn try_each(&mut self, cancel: &AtomicBool) -> Result<(), NetError> {
+        let velocity = self.velocity.as_mut().map(|velocity| &mut velocity.chain);
+        let mut chains = [self.encode.as_mut(), velocity, self.decode.as_mut()].into_iter().flatten();
+        chains.try_for_each(|chain| chain.try_each(&self.runtime, cancel))
+    }
+
     fn codec(&mut self, role: Role) -> Result<Codec<'_>, NetError> {
         let chain = if role == Role::Encode { &mut self.encode } else { &mut self.decode };
         match (self.manifest.codec(role), chain) {
