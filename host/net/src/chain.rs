@@ -33,7 +33,7 @@ pub(crate) struct Graph {
 }
 
 /// Bytes a role needs when loaded: what its manifest says, else the sizes of its files. Opens them, reads nothing.
-fn memory(folder: &Folder, role: &RoleSpec) -> Result<u64, NetError> {
+pub(crate) fn memory(folder: &Folder, role: &RoleSpec) -> Result<u64, NetError> {
     if let Some(memory) = role.memory {
         return Ok(memory);
     }
@@ -58,14 +58,8 @@ impl Manifest {
     /// A role the model has not, or a file that is not there.
     pub fn memory(&self, roles: &[Role]) -> Result<u64, NetError> {
         let folder = Folder::new(&self.folder);
-        let mut sum = 0u64;
-        for &role in roles {
-            self.role(role).ok_or_else(|| has_no(self, role))?;
-            for spec in self.specs(role) {
-                sum = sum.saturating_add(memory(&folder, spec)?);
-            }
-        }
-        Ok(sum)
+        let of = |role: Role| memory(&folder, self.role(role).ok_or_else(|| has_no(self, role))?);
+        roles.iter().try_fold(0u64, |sum, &role| Ok(sum.saturating_add(of(role)?)))
     }
 }
 

@@ -9,7 +9,7 @@ use crate::embeddings::{Embeddings, constant_of_model};
 use crate::error::NetError;
 use crate::files::Folder;
 use crate::library::Runtime;
-use crate::manifest::{FileSpec, GraphSpec, Manifest, Role, RoleSpec, Source};
+use crate::manifest::{FileSpec, GraphSpec, Manifest, Role, Source};
 use crate::model::{Model, OpenOptions, free_memory};
 
 /// How a look at one thing ended.
@@ -50,6 +50,7 @@ pub fn check_folder(runtime: Option<&Runtime>, folder: &Path) -> Vec<CheckLine> 
 /// Checks every file of a model, its tensors and the memory it needs. With a runtime, loads each role to see that ONNX
 /// Runtime takes it, if the memory suffices.
 pub fn check(runtime: Option<&Runtime>, manifest: &Manifest) -> Vec<CheckLine> {
+    let never = AtomicBool::new(false);
     let folder = Folder::new(&manifest.folder);
     let mut lines = Vec::new();
     if manifest.files().all(|file| matches!(folder.open(&file.file), Err(NetError::MissingFile { .. }))) {
@@ -61,18 +62,15 @@ pub fn check(runtime: Option<&Runtime>, manifest: &Manifest) -> Vec<CheckLine> {
         )];
     }
     for role in Role::ALL {
-        if manifest.role(role).is_none() {
-            continue;
-        }
+        let Some(spec) = manifest.role(role) else { continue };
         let before = lines.len();
-        for spec in manifest.specs(role) {
-            files(manifest, role, spec, &folder, &mut lines);
-        }
+        files(manifest, role, &folder, &never, &mut lines);
         if role == Role::Velocity {
             arrays(manifest, &folder, &mut lines);
         }
         let whole = lines.iter().skip(before).all(|l| l.status != Status::Bad);
-        if let Ok(need) = manifest.memory(&[role]) {
+        let need = crate::chain::memory(&folder, spec).ok();
+        if let Some(need) = need {
             let available = free_memory();
             let enough = available.is_none_or(|available| need <= available);
             let have = available.map_or(String::new(), |a| format!(", {} are available", bytes(a)));
@@ -86,8 +84,8 @@ pub fn check(runtime: Option<&Runtime>, manifest: &Manifest) -> Vec<CheckLine> {
     lines
 }
 
-fn files(manifest: &Manifest, role: Role, spec: &RoleSpec, folder: &Folder, lines: &mut Vec<CheckLine>) {
-    let never = &AtomicBool::new(false);
+fn files(manifest: &Manifest, role: Role, folder: &Folder, never: &AtomicBool, lines: &mut Vec<CheckLine>) {
+    let Some(spec) = manifest.role(role) else { return };
     let mut graphs = Vec::new();
     for spec in &spec.graphs {
         let before = lines.len();
@@ -191,8 +189,7 @@ fn arrays(manifest: &Manifest, folder: &Folder, lines: &mut Vec<CheckLine>) {
 fn loads(runtime: &Runtime, manifest: &Manifest, role: Role) -> CheckLine {
     let options = OpenOptions { roles: &[role], ..OpenOptions::default() };
     let mut manifest = manifest.clone();
-    let codecs = [&mut manifest.encode, &mut manifest.decode].into_iter().flatten();
-    let codecs = codecs.flat_map(|codec| std::iter::once(&mut codec.role).chain(&mut codec.single));
+    let codecs = [&mut manifest.encode, &mut manifest.decode].into_iter().flatten().map(|codec| &mut codec.role);
     for role in codecs.chain(manifest.velocity.iter_mut().map(|velocity| &mut velocity.role)) {
         role.graphs.iter_mut().for_each(|graph| *graph = without_hashes(graph));
     }

@@ -31,17 +31,9 @@ pub struct OpenOptions<'a> {
 pub struct Model {
     runtime: Runtime,
     manifest: Manifest,
-    encode: Option<Chains>,
-    decode: Option<Chains>,
+    encode: Option<Chain>,
+    decode: Option<Chain>,
     velocity: Option<Velocity>,
-}
-
-/// An open codec.
-#[derive(Debug)]
-struct Chains {
-    clips: Chain,
-    /// For a clip of one frame, where that takes another.
-    single: Option<Chain>,
 }
 
 /// An open velocity network and the model's own arrays.
@@ -79,17 +71,13 @@ impl Model {
             let what = format!("model {} ({})", manifest.name, named.join(", "));
             return Err(NetError::Memory { what, need, available });
         }
-        let open = |role: Role| -> Result<Option<Chains>, NetError> {
-            let mut chains = Vec::new();
-            for spec in manifest.specs(role).filter(|_| options.roles.contains(&role)) {
-                let checked = |graphs: &[chain::Graph]| agree(&manifest, role, graphs);
-                chains.push(Chain::open(runtime, &folder, spec, checked, cancel)?);
-            }
-            let mut chains = chains.into_iter();
-            Ok(chains.next().map(|clips| Chains { clips, single: chains.next() }))
+        let open = |role: Role| -> Result<Option<Chain>, NetError> {
+            let Some(spec) = manifest.role(role).filter(|_| options.roles.contains(&role)) else { return Ok(None) };
+            let checked = |graphs: &[chain::Graph]| agree(&manifest, role, graphs);
+            Chain::open(runtime, &folder, spec, checked, cancel).map(Some)
         };
-        let (encode, velocity, decode) = (open(Role::Encode)?, open(Role::Velocity)?, open(Role::Decode)?);
-        let velocity = match (velocity.map(|chains| chains.clips), &manifest.velocity) {
+        let (encode, chain, decode) = (open(Role::Encode)?, open(Role::Velocity)?, open(Role::Decode)?);
+        let velocity = match (chain, &manifest.velocity) {
             (Some(chain), Some(spec)) => Some(Velocity::new(chain, spec, &folder)?),
             _ => None,
         };
@@ -106,8 +94,7 @@ impl Model {
     /// # Errors
     /// Frames that do not divide into latents, a network that fails, an interruption.
     pub fn encode(&mut self, frames: &Tensor, cancel: &AtomicBool) -> Result<Tensor, NetError> {
-        let single = frames.shape.get(1) == Some(&1);
-        self.codec(Role::Encode, single)?.encode(frames, cancel)
+        self.codec(Role::Encode)?.encode(frames, cancel)
     }
 
     /// Latents [C, T, h, w] to frames [3, F, H, W] in 0..1.
@@ -115,8 +102,7 @@ impl Model {
     /// # Errors
     /// Latents of another size, a network that fails, an interruption.
     pub fn decode(&mut self, latents: &Tensor, cancel: &AtomicBool) -> Result<Tensor, NetError> {
-        let single = latents.shape.get(1) == Some(&1);
-        self.codec(Role::Decode, single)?.decode(latents, cancel)
+        self.codec(Role::Decode)?.decode(latents, cancel)
     }
 
     /// Makes everything the velocity network reads besides z and the noise level.
@@ -163,18 +149,14 @@ impl Model {
     /// Loads what is loaded at each call only, one graph after the other, to see that it can be.
     pub(crate) fn try_each(&mut self, cancel: &AtomicBool) -> Result<(), NetError> {
         let velocity = self.velocity.as_mut().map(|velocity| &mut velocity.chain);
-        let codecs = [self.encode.as_mut(), self.decode.as_mut()].into_iter().flatten();
-        let codecs = codecs.flat_map(|codec| std::iter::once(&mut codec.clips).chain(codec.single.as_mut()));
-        velocity.into_iter().chain(codecs).try_for_each(|chain| chain.try_each(&self.runtime, cancel))
+        let mut chains = [self.encode.as_mut(), velocity, self.decode.as_mut()].into_iter().flatten();
+        chains.try_for_each(|chain| chain.try_each(&self.runtime, cancel))
     }
 
-    fn codec(&mut self, role: Role, single: bool) -> Result<Codec<'_>, NetError> {
-        let chains = if role == Role::Encode { &mut self.encode } else { &mut self.decode };
-        match (self.manifest.codec(role), chains) {
-            (Some(spec), Some(chains)) => {
-                let chain = chains.single.as_mut().filter(|_| single).unwrap_or(&mut chains.clips);
-                Ok(Codec { runtime: &self.runtime, manifest: &self.manifest, spec, chain })
-            }
+    fn codec(&mut self, role: Role) -> Result<Codec<'_>, NetError> {
+        let chain = if role == Role::Encode { &mut self.encode } else { &mut self.decode };
+        match (self.manifest.codec(role), chain) {
+            (Some(spec), Some(chain)) => Ok(Codec { runtime: &self.runtime, manifest: &self.manifest, spec, chain }),
             _ => Err(not_open(&self.manifest, role)),
         }
     }

@@ -169,8 +169,6 @@ pub struct FileSpec {
 pub struct CodecSpec {
     /// Its files.
     pub role: RoleSpec,
-    /// Other files for a clip of one frame, for exports that take one length only.
-    pub single: Option<RoleSpec>,
     /// What it reads.
     pub input: TensorSpec,
     /// What it writes.
@@ -279,14 +277,8 @@ impl Manifest {
 
     /// Every graph and data file, in the order of roles.
     pub fn files(&self) -> impl Iterator<Item = &FileSpec> {
-        let graphs = Role::ALL.into_iter().flat_map(|role| self.specs(role)).flat_map(|spec| &spec.graphs);
+        let graphs = Role::ALL.into_iter().filter_map(|role| self.role(role)).flat_map(|role| &role.graphs);
         graphs.flat_map(|graph| std::iter::once(&graph.file).chain(&graph.data))
-    }
-
-    /// The files of a role and those for a clip of one frame.
-    pub(crate) fn specs(&self, role: Role) -> impl Iterator<Item = &RoleSpec> {
-        let single = self.codec(role).and_then(|codec| codec.single.as_ref());
-        self.role(role).into_iter().chain(single)
     }
 
     /// The files of a role, if the model has it.

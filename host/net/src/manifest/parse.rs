@@ -139,17 +139,15 @@ pub(super) fn role(keys: &mut Keys<'_>) -> Option<RoleSpec> {
     let choices = [("together", Load::Together), ("in_turn", Load::InTurn)];
     let load = keys.get("load").map_or(Some(Load::Together), |i| i.choice(&choices));
     let memory = keys.get("memory").map_or(Some(0), |i| i.whole(0..=1 << 50));
-    let graphs = keys.need("graphs").and_then(graph_list);
+    let graphs = keys.need("graphs").and_then(|i| {
+        let list = i.list()?;
+        if list.is_empty() {
+            i.problem("is empty");
+        }
+        list.iter().map(|i| i.table().and_then(graph)).collect::<Option<Vec<_>>>()
+    });
     let memory = memory?;
     Some(RoleSpec { load: load?, memory: (memory > 0).then_some(memory), graphs: graphs? })
-}
-
-fn graph_list(item: Item<'_>) -> Option<Vec<GraphSpec>> {
-    let list = item.list()?;
-    if list.is_empty() {
-        item.problem("is empty");
-    }
-    list.iter().map(|i| i.table().and_then(graph)).collect()
 }
 
 fn graph(mut keys: Keys<'_>) -> Option<GraphSpec> {
@@ -211,7 +209,6 @@ pub(super) fn float_tensor(item: Item<'_>) -> Option<TensorSpec> {
 
 fn codec(mut keys: Keys<'_>, channels: Option<usize>, encodes: bool) -> Option<CodecSpec> {
     let role = role(&mut keys);
-    let single = all_or_nothing(keys.get("single_graphs").map(graph_list));
     let mut side = |key: &'static str, frames: bool| {
         let item = keys.need(key)?;
         let tensor = float_tensor(item.clone())?;
@@ -226,9 +223,7 @@ fn codec(mut keys: Keys<'_>, channels: Option<usize>, encodes: bool) -> Option<C
     let latents = latent_scale(&mut keys, channels);
     let (colour_mean, colour_std) = colours?;
     let (latent_mean, latent_std) = latents?;
-    let role = role?;
-    let single = single?.map(|graphs| RoleSpec { load: role.load, memory: None, graphs });
-    Some(CodecSpec { role, single, input: input?, output: output?, colour_mean, colour_std, latent_mean, latent_std })
+    Some(CodecSpec { role: role?, input: input?, output: output?, colour_mean, colour_std, latent_mean, latent_std })
 }
 
 fn colours(keys: &mut Keys<'_>) -> Option<([f64; 3], [f64; 3])> {

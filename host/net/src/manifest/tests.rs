@@ -90,7 +90,6 @@ fn the_reference_is_a_manifest() {
     // Every line that is left out as a comment is one, too.
     for (key, instead) in [
         ("size = [60", ""),
-        ("single_graphs", ""),
         ("negative = ", "cfg"),
         ("shift = { shift", "by_tokens"),
         ("vp = {", "by_tokens"),
