@@ -189,7 +189,10 @@ fn arrays(manifest: &Manifest, folder: &Folder, lines: &mut Vec<CheckLine>) {
 fn loads(runtime: &Runtime, manifest: &Manifest, role: Role) -> CheckLine {
     let options = OpenOptions { roles: &[role], ..OpenOptions::default() };
     let mut manifest = manifest.clone();
-    let codecs = [&mut manifest.encode, &mut manifest.decode].into_iter().flatten().map(|codec| &mut codec.role);
+    let codecs = [&mut manifest.encode, &mut manifest.encode_image, &mut manifest.decode]
+        .into_iter()
+        .flatten()
+        .map(|codec| &mut codec.role);
     for role in codecs.chain(manifest.velocity.iter_mut().map(|velocity| &mut velocity.role)) {
         role.graphs.iter_mut().for_each(|graph| *graph = without_hashes(graph));
     }

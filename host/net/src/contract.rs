@@ -41,7 +41,9 @@ pub(crate) fn expected(manifest: &Manifest, role: Role) -> (Vec<Expected>, Optio
     }
     let open = [Some(manifest.latent.channels), None, None, None];
     match (role, manifest.codec(role)) {
-        (Role::Encode, Some(codec)) => (vec![of(&codec.input, frames)], Some(of(&codec.output, open))),
+        (Role::Encode | Role::EncodeImage, Some(codec)) => {
+            (vec![of(&codec.input, frames)], Some(of(&codec.output, open)))
+        }
         (_, Some(codec)) => (vec![of(&codec.input, open)], Some(of(&codec.output, frames))),
         _ => (Vec::new(), None),
     }

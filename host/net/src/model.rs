@@ -32,6 +32,7 @@ pub struct Model {
     runtime: Runtime,
     manifest: Manifest,
     encode: Option<Chain>,
+    encode_image: Option<Chain>,
     decode: Option<Chain>,
     velocity: Option<Velocity>,
 }
@@ -76,12 +77,13 @@ impl Model {
             let checked = |graphs: &[chain::Graph]| agree(&manifest, role, graphs);
             Chain::open(runtime, &folder, spec, checked, cancel).map(Some)
         };
-        let (encode, chain, decode) = (open(Role::Encode)?, open(Role::Velocity)?, open(Role::Decode)?);
+        let (encode, encode_image) = (open(Role::Encode)?, open(Role::EncodeImage)?);
+        let (chain, decode) = (open(Role::Velocity)?, open(Role::Decode)?);
         let velocity = match (chain, &manifest.velocity) {
             (Some(chain), Some(spec)) => Some(Velocity::new(chain, spec, &folder)?),
             _ => None,
         };
-        Ok(Self { runtime: runtime.clone(), manifest, encode, decode, velocity })
+        Ok(Self { runtime: runtime.clone(), manifest, encode, encode_image, decode, velocity })
     }
 
     /// What the model's manifest says.
@@ -89,12 +91,13 @@ impl Model {
         &self.manifest
     }
 
-    /// Frames [3, F, H, W] in 0..1 to latents [C, T, h, w].
+    /// Frames [3, F, H, W] in 0..1 to latents [C, T, h, w]; one frame goes to the network for images, if there is one.
     ///
     /// # Errors
     /// Frames that do not divide into latents, a network that fails, an interruption.
     pub fn encode(&mut self, frames: &Tensor, cancel: &AtomicBool) -> Result<Tensor, NetError> {
-        self.codec(Role::Encode)?.encode(frames, cancel)
+        let image = frames.shape.get(1) == Some(&1) && self.encode_image.is_some();
+        self.codec(if image { Role::EncodeImage } else { Role::Encode })?.encode(frames, cancel)
     }
 
     /// Latents [C, T, h, w] to frames [3, F, H, W] in 0..1.
@@ -154,7 +157,11 @@ impl Model {
     }
 
     fn codec(&mut self, role: Role) -> Result<Codec<'_>, NetError> {
-        let chain = if role == Role::Encode { &mut self.encode } else { &mut self.decode };
+        let chain = match role {
+            Role::Encode => &mut self.encode,
+            Role::EncodeImage => &mut self.encode_image,
+            _ => &mut self.decode,
+        };
         match (self.manifest.codec(role), chain) {
             (Some(spec), Some(chain)) => Ok(Codec { runtime: &self.runtime, manifest: &self.manifest, spec, chain }),
             _ => Err(not_open(&self.manifest, role)),

@@ -8,9 +8,7 @@ use std::path::{Path, PathBuf};
 
 use ndarray::IxDyn;
 use ndarray_npy::{NpzReader, ReadableElement};
-use physvideo_net::{
-    Branch, Conditioning, Manifest, Model, OpenOptions, Role, Sigma, Status, StepIndex, Tensor, check,
-};
+use physvideo_net::{Branch, Conditioning, Manifest, Model, OpenOptions, Sigma, Status, StepIndex, Tensor, check};
 use toy::{NEVER, runtime};
 
 fn folders(under: &str) -> Vec<PathBuf> {
@@ -58,7 +56,8 @@ fn contract(folder: &Path) {
     let mut golden = Golden(NpzReader::new(File::open(folder.join("golden.npz")).unwrap()).unwrap());
     let tolerance = golden.number("tolerance");
     let manifest = Manifest::read(folder).unwrap_or_else(|e| panic!("{e}"));
-    let options = OpenOptions { roles: &Role::ALL, ..OpenOptions::default() };
+    let roles = manifest.for_clips();
+    let options = OpenOptions { roles: &roles, ..OpenOptions::default() };
     let mut model = Model::open(&runtime(), manifest.clone(), &options).unwrap_or_else(|e| panic!("{name}: {e}"));
 
     let latents = model.encode(&golden.tensor("frames"), NEVER).unwrap();

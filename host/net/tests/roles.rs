@@ -345,3 +345,25 @@ fn sizes_that_do_not_fit_are_told() {
     assert!(told(manifest.grid(6, 6, 8).unwrap_err()).contains("nearest: 5 or 7"));
     assert!(told(manifest.grid(5, 7, 8).unwrap_err()).contains("nearest: 6 or 8"));
 }
+
+/// Published encoders are exported for clips; another graph takes the photograph alone.
+#[test]
+fn one_frame_goes_to_the_network_for_images() {
+    let image =
+        ENCODE.replace("[encode]", "[encode_image]").replace("latent_std = [1.0, 2.0, 1.0, 0.5]", "latent_std = 4.0");
+    let files = [("encode.onnx", toy::encode())];
+    let folder = Folder::new(&[HEAD, ENCODE, &image].concat(), &files);
+    let (mut one, mut two) = (
+        Folder::new(&[HEAD, ENCODE].concat(), &files).model(&[Role::Encode]),
+        folder.model(&[Role::Encode, Role::EncodeImage]),
+    );
+    assert_eq!(folder.manifest().for_clips().len(), 4);
+    let (frame, clip) = (blocks([1, 3, 4], 3), blocks([5, 3, 4], 3));
+    let (a, b) = (one.encode(&frame, NEVER).unwrap(), two.encode(&frame, NEVER).unwrap());
+    // Channel 0 has standard deviation 1 in one and 4 in the other.
+    assert!(a.data[..12].iter().zip(&b.data).all(|(a, b)| (a - 4.0 * b).abs() < 1e-5), "{a:?} {b:?}");
+    assert_eq!(one.encode(&clip, NEVER).unwrap(), two.encode(&clip, NEVER).unwrap());
+    // It is no role without an encoder beside it.
+    let alone = Manifest::parse(&[HEAD, &image].concat(), "model.toml").unwrap_err().to_string();
+    assert!(alone.contains("encode_image") && alone.contains("beside `encode`"), "{alone}");
+}

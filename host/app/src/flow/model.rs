@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 
 use physvideo::scene::Flow;
-use physvideo_net::{Embeddings, LibraryChoice, Manifest, Model, OpenOptions, Provider, Role, Runtime, StepIndex};
+use physvideo_net::{Embeddings, LibraryChoice, Manifest, Model, OpenOptions, Provider, Runtime, StepIndex};
 
 use super::settings::Settings;
 use super::stage::pool_of;
@@ -95,7 +95,8 @@ pub fn open(
     let library = LibraryChoice { path: choice.library.clone(), provider: choice.provider, threads: None };
     let runtime = Runtime::load(&library)?;
     let flag = interrupt.flag();
-    let options = OpenOptions { roles: &Role::ALL, available_memory: host_memory(), cancel: Some(&flag) };
+    let roles = manifest.for_clips();
+    let options = OpenOptions { roles: &roles, available_memory: host_memory(), cancel: Some(&flag) };
     let model = Model::open(&runtime, manifest, &options)?;
     Ok(FlowModel { model, settings, size, notes })
 }

@@ -2,7 +2,7 @@
 
 use physvideo::scene::{Flow, Solver, Start};
 use physvideo::stages::latent::{LatentSetup, LatentSpace};
-use physvideo_net::{Grid, Guidance, Manifest, Prediction, Role};
+use physvideo_net::{Grid, Guidance, Manifest, Prediction};
 
 use super::chunks::stretches;
 use super::model::{self, NetChoice};
@@ -52,7 +52,7 @@ impl Outlook {
             chunks: all.len(),
             nfe: all.len() as u64 * evaluations(flow),
             latent_bytes: LatentSpace::bytes(&setup(flow, &manifest, latent)),
-            network_bytes: manifest.memory(&Role::ALL).map_err(FlowError::Net)?,
+            network_bytes: manifest.memory(&manifest.for_clips()).map_err(FlowError::Net)?,
         }))
     }
 }

@@ -29,6 +29,8 @@ const LARGEST: u64 = 1 << 20;
 pub enum Role {
     /// Frames to latents.
     Encode,
+    /// One frame to one latent, for encoders whose export takes only clips.
+    EncodeImage,
     /// Noisy latents to a prediction.
     Velocity,
     /// Latents to frames.
@@ -37,12 +39,13 @@ pub enum Role {
 
 impl Role {
     /// Every role.
-    pub const ALL: [Self; 3] = [Self::Encode, Self::Velocity, Self::Decode];
+    pub const ALL: [Self; 4] = [Self::Encode, Self::EncodeImage, Self::Velocity, Self::Decode];
 
     /// Its name in manifests.
     pub fn name(self) -> &'static str {
         match self {
             Self::Encode => "encode",
+            Self::EncodeImage => "encode_image",
             Self::Velocity => "velocity",
             Self::Decode => "decode",
         }
@@ -68,6 +71,8 @@ pub struct Manifest {
     pub chunk: ChunkSpec,
     /// Frames to latents.
     pub encode: Option<CodecSpec>,
+    /// One frame to one latent; absent: `encode` does it.
+    pub encode_image: Option<CodecSpec>,
     /// Latents to frames.
     pub decode: Option<CodecSpec>,
     /// Noisy latents to a prediction.
@@ -270,9 +275,15 @@ impl Manifest {
     pub(crate) fn codec(&self, role: Role) -> Option<&CodecSpec> {
         match role {
             Role::Encode => self.encode.as_ref(),
+            Role::EncodeImage => self.encode_image.as_ref(),
             Role::Decode => self.decode.as_ref(),
             Role::Velocity => None,
         }
+    }
+
+    /// Roles that making a clip takes.
+    pub fn for_clips(&self) -> Vec<Role> {
+        Role::ALL.into_iter().filter(|role| *role != Role::EncodeImage || self.encode_image.is_some()).collect()
     }
 
     /// Every graph and data file, in the order of roles.

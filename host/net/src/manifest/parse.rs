@@ -51,6 +51,11 @@ fn read(mut keys: Keys<'_>) -> Option<Manifest> {
     let chunk = chunk_item.and_then(|i| i.table()).and_then(|k| chunk(k, temporal));
     let channels = latent.as_ref().map(|l| l.channels);
     let encode = keys.get("encode").map(|i| i.table().and_then(|k| codec(k, channels, true)));
+    let image_item = keys.get("encode_image");
+    if let (Some(item), None) = (&image_item, &encode) {
+        item.problem("serves beside `encode`, which is not there");
+    }
+    let encode_image = image_item.map(|i| i.table().and_then(|k| codec(k, channels, true)));
     let decode = keys.get("decode").map(|i| i.table().and_then(|k| codec(k, channels, false)));
     let velocity_item = keys.get("velocity");
     let velocity = velocity_item.map(|i| i.table().and_then(|k| velocity(k, latent.as_ref(), chunk.as_ref())));
@@ -67,6 +72,7 @@ fn read(mut keys: Keys<'_>) -> Option<Manifest> {
         latent: latent?,
         chunk: chunk?,
         encode: all_or_nothing(encode)?,
+        encode_image: all_or_nothing(encode_image)?,
         decode: all_or_nothing(decode)?,
         velocity: all_or_nothing(velocity)?,
     })
