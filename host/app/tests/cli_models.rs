@@ -100,3 +100,22 @@ fn a_library_that_is_none_is_told_with_exit_code_4() {
     said.expect(4, &["gone.so (ORT_DYLIB_PATH)"]);
     copy.0.run(&["models", "check", "model", "--provider", "tpu"]).expect(2, &["cpu, cuda"]);
 }
+
+#[test]
+fn without_a_library_the_places_looked_at_are_told() {
+    let copy = Copy::new();
+    // A program that lies alone has no library beside it.
+    std::fs::copy(env!("CARGO_BIN_EXE_physvideo-engine"), copy.0.path("program")).unwrap();
+    let mut alone = std::process::Command::new(copy.0.path("program"));
+    alone.args(["models", "check", "model"]).current_dir(copy.0.path("")).env_remove("ORT_DYLIB_PATH");
+    let said = cli_scene::said(&mut alone);
+    if said.code == 0 {
+        // This system has one of its own.
+        return assert!(said.out.contains("at libonnxruntime.so"), "{}", said.out);
+    }
+    let beside = copy.0.path("libonnxruntime.so");
+    said.expect(
+        4,
+        &["ONNX Runtime is not there. Looked for", beside.to_str().unwrap(), "of the system. Run tools/setup"],
+    );
+}

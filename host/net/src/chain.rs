@@ -112,6 +112,12 @@ fn read_graph(file: &mut PlainFile, expected: Option<&str>) -> Result<Vec<u8>, N
     Ok(bytes)
 }
 
+/// The same at a later call: the file must be the one that was opened.
+fn read_again(file: &mut PlainFile, expected: Option<&str>) -> Result<Vec<u8>, NetError> {
+    file.unchanged()?;
+    read_graph(file, expected)
+}
+
 fn same_hash(path: &Path, expected: &str, found: String) -> Result<(), NetError> {
     if expected == found {
         return Ok(());
@@ -145,6 +151,15 @@ impl Chain {
         Ok(Self(graphs))
     }
 
+    /// Loads every graph that is not loaded, one after the other, to see that it can be.
+    pub fn try_each(&mut self, runtime: &Runtime, cancel: &AtomicBool) -> Result<(), NetError> {
+        for graph in self.0.iter_mut().filter(|graph| graph.session.is_none()) {
+            let bytes = read_again(&mut graph.file, graph.sha256.as_deref())?;
+            graph.load(runtime, &bytes, cancel)?;
+        }
+        Ok(())
+    }
+
     /// Runs the graphs. Gives the shape of `wanted` and puts its numbers, as floats, into `out`.
     pub fn run(
         &mut self,
@@ -164,8 +179,7 @@ impl Chain {
             let session = match &mut graph.session {
                 Some(session) => session,
                 None => {
-                    let bytes = read_graph(&mut graph.file, graph.sha256.as_deref())?;
-                    graph.file.unchanged()?;
+                    let bytes = read_again(&mut graph.file, graph.sha256.as_deref())?;
                     fresh = graph.load(runtime, &bytes, cancel)?;
                     &mut fresh
                 }

@@ -196,8 +196,9 @@ fn loads(runtime: &Runtime, manifest: &Manifest, role: Role) -> CheckLine {
     for role in codecs.chain(manifest.velocity.iter_mut().map(|velocity| &mut velocity.role)) {
         role.graphs.iter_mut().for_each(|graph| *graph = without_hashes(graph));
     }
-    match Model::open(runtime, manifest, &options) {
-        Ok(_) => line(Some(role), Status::Good, format!("ONNX Runtime {} loads it", runtime.version())),
+    let never = AtomicBool::new(false);
+    match Model::open(runtime, manifest, &options).and_then(|mut model| model.try_each(&never)) {
+        Ok(()) => line(Some(role), Status::Good, format!("ONNX Runtime {} loads it", runtime.version())),
         Err(e) => line(Some(role), Status::Bad, e.to_string()),
     }
 }

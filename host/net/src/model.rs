@@ -149,6 +149,13 @@ impl Model {
         Ok(())
     }
 
+    /// Loads what is loaded at each call only, one graph after the other, to see that it can be.
+    pub(crate) fn try_each(&mut self, cancel: &AtomicBool) -> Result<(), NetError> {
+        let velocity = self.velocity.as_mut().map(|velocity| &mut velocity.chain);
+        let codecs = [self.encode.as_mut(), self.encode_image.as_mut(), self.decode.as_mut()];
+        codecs.into_iter().flatten().chain(velocity).try_for_each(|chain| chain.try_each(&self.runtime, cancel))
+    }
+
     fn codec(&mut self, role: Role) -> Result<Codec<'_>, NetError> {
         let chain = match role {
             Role::Encode => &mut self.encode,

@@ -239,6 +239,19 @@ fn a_check_says_everything() {
 }
 
 #[test]
+fn a_check_loads_graphs_that_are_loaded_in_turn() {
+    let folder = encoder();
+    folder.write("model.toml", [HEAD, ENCODE].concat().replace("[encode]", "[encode]\nload = \"in_turn\"").as_bytes());
+    let text = |folder: &Folder| check(Some(&runtime()), &folder.manifest()).pop().unwrap().text;
+    assert!(text(&folder).ends_with("loads it"));
+    // Names and shapes as meant, and an operator that nobody knows.
+    let graph = Graph::default().input("video", F32, &[1, 3, -1, -1, -1]).output("latent", F32, &[1, 4, -1, -1, -1]);
+    folder.write("encode.onnx", &graph.node("NoSuchOperator", &["video"], "latent").file());
+    folder.model(&[Role::Encode]);
+    assert!(text(&folder).contains("ONNX Runtime says") && text(&folder).contains("NoSuchOperator"));
+}
+
+#[test]
 fn a_role_the_model_has_not_is_told() {
     let folder = encoder();
     let refused = folder.open(&[Role::Decode]).unwrap_err();

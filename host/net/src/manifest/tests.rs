@@ -83,6 +83,32 @@ fn a_whole_manifest_is_read() {
     assert_eq!(m.grid(37, 256, 320).unwrap(), Grid { frames: 10, height: 32, width: 40 });
 }
 
+#[test]
+fn the_reference_is_a_manifest() {
+    let text = include_str!("../../../../assets/models/reference.toml");
+    Manifest::parse(text, "reference.toml").unwrap_or_else(|e| panic!("{e}"));
+    // Every line that is left out as a comment is one, too.
+    for (key, instead) in [
+        ("size = [60", ""),
+        ("negative = ", "cfg"),
+        ("shift = { shift", "by_tokens"),
+        ("vp = {", "by_tokens"),
+        ("terminal = ", ""),
+    ] {
+        let taken = |line: &str| match line.strip_prefix("# ") {
+            Some(rest) if rest.starts_with(key) => rest.to_owned(),
+            _ if instead == "by_tokens" && line.starts_with("by_tokens") => String::new(),
+            _ if instead == "cfg" => {
+                let line = line.replace("kind = \"embedded\", scale = 10.0", "kind = \"cfg\", scale = 5.0");
+                line.replace("source = \"guidance\"", "source = \"frames\"")
+            }
+            _ => line.to_owned(),
+        };
+        let text = text.lines().map(taken).collect::<Vec<_>>().join("\n");
+        Manifest::parse(&text, key).unwrap_or_else(|e| panic!("{e}"));
+    }
+}
+
 /// Each: what is replaced in the whole manifest, by what, and what is said, place included.
 const PROBLEMS: &[(&str, &str, &str)] = &[
     ("schema = 1", "schema = 2", "m:1:10: schema: must lie between 1 and 1, is 2"),

@@ -196,6 +196,25 @@ pub fn noise(shape: &[usize], seed: u32) -> Tensor {
     Tensor::new(shape.to_vec(), data).unwrap()
 }
 
+/// Frames that are constant over the cells of a latent.
+pub fn blocks(latents: [usize; 3], seed: u32) -> Tensor {
+    let [t, h, w] = latents;
+    let small = noise(&[3, t, h, w], seed);
+    let (f, height, width) = (2 * t - 1, 2 * h, 2 * w);
+    let mut data = Vec::new();
+    for c in 0..3 {
+        for frame in 0..f {
+            for y in 0..height {
+                for x in 0..width {
+                    let value = small.data[((c * t + frame.div_ceil(2)) * h + y / 2) * w + x / 2];
+                    data.push(value * 0.5 + 0.5);
+                }
+            }
+        }
+    }
+    Tensor::new(vec![3, f, height, width], data).unwrap()
+}
+
 /// The largest difference.
 pub fn difference(a: &[f32], b: &[f32]) -> f32 {
     assert_eq!(a.len(), b.len());
