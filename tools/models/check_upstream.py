@@ -4,7 +4,8 @@
 
 Each module's forward gets what its manifest says, under the manifest's names, at the sizes of the golden; the output must
 have the shape that the manifest says. --export also writes the module as ONNX, traced at another size, as `obtain`
-describes (onnxscript needed), and compares ONNX Runtime with torch.
+describes (onnxscript needed), and compares ONNX Runtime with torch; the encoders too, for a clip and for the photograph
+alone.
 """
 import argparse
 import logging
@@ -16,6 +17,10 @@ from pathlib import Path
 import numpy as np
 import torch
 from diffusers import (
+    AutoencoderKLCogVideoX,
+    AutoencoderKLHunyuanVideo,
+    AutoencoderKLLTXVideo,
+    AutoencoderKLWan,
     CogVideoXTransformer3DModel,
     HunyuanVideoFramepackTransformer3DModel,
     LTXVideoTransformer3DModel,
@@ -105,6 +110,41 @@ class FramePack(Wrapped):
         )
 
 
+class Encoder(Wrapped):
+    def forward(self, x):
+        return self.module.encode(x).latent_dist.mode()
+
+
+def hunyuan_codec():
+    return AutoencoderKLHunyuanVideo(latent_channels=16, block_out_channels=(8,) * 4, layers_per_block=1, norm_num_groups=4)
+
+
+def wan_codec(channels, **more):
+    return AutoencoderKLWan(base_dim=8, z_dim=channels, num_res_blocks=1, **more)
+
+
+def wan22_codec():
+    return wan_codec(48, decoder_base_dim=8, is_residual=True, patch_size=2, in_channels=12, out_channels=12)
+
+
+def ltx_codec():
+    thin = dict(block_out_channels=(8,) * 4, layers_per_block=(1,) * 5)
+    return AutoencoderKLLTXVideo(latent_channels=128, **thin, **{"decoder_" + k: v for k, v in thin.items()})
+
+
+def cogvideox_codec():
+    return AutoencoderKLCogVideoX(latent_channels=16, block_out_channels=(8,) * 4, layers_per_block=1, norm_num_groups=2)
+
+
+# The codec, and what may stay symbolic in its encoder: nothing, height and width, or frames too.
+CODECS = {
+    "framepack": (hunyuan_codec, None),
+    "framepack-f1": (hunyuan_codec, None),
+    "wan2.1-i2v-14b": (lambda: wan_codec(16), "size"),
+    "wan2.2-ti2v-5b": (wan22_codec, "size"),
+    "ltx-video-2b": (ltx_codec, "frames"),
+    "cogvideox-5b-i2v": (cogvideox_codec, None),
+}
 HUNYUAN = {**TEXT, "text_mask": (1, 6), "pooled": (1, 8), "image": (1, 5, 10)}
 # The wrapped module, the shapes of the embeddings, and the latent grid it is traced at (None: sizes are fixed).
 MODELS = {
@@ -139,21 +179,45 @@ def inputs(manifest, golden, embeddings, grid):
     return {k: v.float() if v.is_floating_point() else v for k, v in tensors.items()}
 
 
-def export(module, example, tensors, want):
+def export(module, example, tensors, want, output="sample"):
     """The largest difference between torch and ONNX Runtime for `tensors`, traced with `example`; and the signature."""
     import onnxruntime
 
     moving = lambda a, b: {i: torch.export.Dim.DYNAMIC for i, (m, n) in enumerate(zip(a.shape, b.shape)) if m != n} or None
     shapes = {name: moving(example[name], tensors[name]) for name in example}
+    shapes = shapes if isinstance(module, Encoder) else {"tensors": shapes}
     with torch.no_grad(), tempfile.TemporaryDirectory() as folder:
-        options = dict(dynamo=True, opset_version=18, output_names=["sample"], verbose=False)
-        program = torch.onnx.export(module, (), kwargs=example, dynamic_shapes={"tensors": shapes}, **options)
-        path = folder + "/velocity.onnx"
+        options = dict(dynamo=True, opset_version=18, output_names=[output], verbose=False)
+        program = torch.onnx.export(module, (), kwargs=example, dynamic_shapes=shapes, **options)
+        path = folder + "/graph.onnx"
         program.save(path)
         session = onnxruntime.InferenceSession(path, providers=["CPUExecutionProvider"])
         feeds = {i.name: tensors[i.name].numpy() for i in session.get_inputs()}
         assert set(feeds) == set(tensors), f"the export has other inputs: {set(feeds) ^ set(tensors)}"
-        return float(np.abs(session.run(["sample"], feeds)[0] - want.numpy()).max())
+        return float(np.abs(session.run([output], feeds)[0] - want.numpy()).max())
+
+
+def export_encoder(manifest, build, symbolic):
+    """A line: the largest errors for a clip and for the photograph alone, and how far that is from latent 0 of a clip."""
+    module = Encoder(build().eval())
+    latent = manifest["latent"]
+    cell, clip = latent["spatial"], 1 + 2 * latent["temporal"]
+    assert ("encode_image" in manifest) == (symbolic != "frames"), "one graph serves both where frames are symbolic"
+    draw = lambda frames, rows, columns: {"x": torch.randn(1, 3, frames, rows * cell, columns * cell)}
+    errors = {}
+    for role, frames in (("encode", clip), ("encode_image", 1)):
+        tensors = draw(frames, 2, 4)
+        traced = clip + latent["temporal"] if symbolic == "frames" else frames
+        with torch.no_grad():
+            want = module(**tensors)
+        assert want.shape == (1, latent["channels"], 1 + (frames - 1) // latent["temporal"], 2, 4)
+        example = draw(traced, 3, 5) if symbolic else tensors
+        output = manifest.get(role, manifest["encode"])["output"]["name"]
+        errors[frames] = export(module, example, tensors, want, output)
+    longer = torch.cat([tensors["x"], draw(clip - 1, 2, 4)["x"]], dim=2)
+    with torch.no_grad():
+        apart = (module(longer)[:, :, :1] - want).abs().max()
+    return f"clip {errors[clip]:.1e}, photograph {errors[1]:.1e}; it is {apart:.1e} from latent 0 of a clip"
 
 
 def main():
@@ -182,6 +246,7 @@ def main():
         if options.export:
             example = inputs(manifest, golden, embeddings, traced) if traced else dict(tensors)
             print(f"{'':18} exported: largest error {export(module, example, tensors, answer):.1e}")
+            print(f"{'':18} encoders exported: largest error {export_encoder(manifest, *CODECS[name])}")
 
 
 if __name__ == "__main__":

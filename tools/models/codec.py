@@ -1,7 +1,8 @@
-"""The tiny encoder and decoder: what they compute, in numpy and as ONNX graphs.
+"""The tiny encoders and decoder: what they compute, in numpy and as ONNX graphs.
 
-Both are causal as the real ones: latent 0 is frame 0, latent k covers frames t(k-1)+1 ..= tk. Quarters of a latent cell
-weigh differently, so a flipped or transposed picture shows.
+They are causal as the real ones: latent 0 is frame 0, latent k covers frames t(k-1)+1 ..= tk. Quarters of a latent cell
+weigh differently, so a flipped or transposed picture shows. The encoder of images takes one frame alone and answers
+otherwise than that of clips, as where norms run over time: so the wrong one shows.
 """
 import numpy as np
 
@@ -31,7 +32,20 @@ class Codec:
         x = x.reshape(3, frames // self.t, height // half, half, width // half, half).mean(axis=(3, 5))
         x = x.reshape(3, frames // self.t, height // self.s, 2, width // self.s, 2)
         x = np.einsum("ctyixj,qcij->qtyx", x, self.quarters.astype(np.float64))
-        return np.einsum("dq,qtyx->dtyx", self.mix.astype(np.float64), x) + self.bias[:, None, None, None]
+        return self.mixed(x, self.mix)
+
+    def encode_image(self, x):
+        """One frame [3,1,H,W] in the network's range to the raw latent [C,1,h,w], in f64."""
+        _, _, height, width = x.shape
+        half = self.s // 2
+        x = np.asarray(x, dtype=np.float64).reshape(3, 1, height // half, half, width // half, half).mean(axis=(3, 5))
+        x = x.reshape(3, 1, height // self.s, 2, width // self.s, 2)
+        x = np.tanh(np.einsum("ctyixj,qcij->qtyx", x, self.quarters.astype(np.float64)))
+        return self.mixed(x, -self.mix[::-1])
+
+    def mixed(self, x, mix):
+        """Four numbers a cell [4,T,h,w] to latents [C,T,h,w]."""
+        return np.einsum("dq,qtyx->dtyx", mix.astype(np.float64), x) + self.bias[:, None, None, None]
 
     def decode(self, z):
         """Raw latents [C,T,h,w] to frames [3,F,H,W] in the network's range, in f64."""
@@ -52,13 +66,28 @@ class Codec:
         x = g.op("Concat", *[first] * (self.t - 1), x, axis=2)
         order = g.weight(self.order.reshape(3, 1, self.t, 1, 1))
         x = g.op("Conv", x, order, group=3, kernel_shape=[self.t, 1, 1], strides=[self.t, 1, 1])
+        x = self.mixed_in(g, self.cells(g, x), self.mix)
+        g.output(x, target["name"], target["dtype"], [1, self.c, "latents", "rows", "columns"])
+        return g
+
+    def encode_image_graph(self, manifest):
+        """x [1,3,1,H,W] to the raw latent [1,C,1,h,w]."""
+        g = Graph()
+        source, target = manifest["input"], manifest["output"]
+        x = g.f32(g.input(source["name"], source["dtype"], [1, 3, 1, "height", "width"]))
+        x = self.mixed_in(g, g.op("Tanh", self.cells(g, x)), -self.mix[::-1])
+        g.output(x, target["name"], target["dtype"], [1, self.c, 1, "rows", "columns"])
+        return g
+
+    def cells(self, g, x):
+        """Four numbers a cell."""
         half = [1, self.s // 2, self.s // 2]
         x = g.op("AveragePool", x, kernel_shape=half, strides=half)
         quarters = g.weight(self.quarters.reshape(4, 3, 1, 2, 2))
-        x = g.op("Conv", x, quarters, kernel_shape=[1, 2, 2], strides=[1, 2, 2])
-        x = g.op("Conv", x, g.weight(self.mix.reshape(self.c, 4, 1, 1, 1)), g.weight(self.bias), kernel_shape=[1, 1, 1])
-        g.output(x, target["name"], target["dtype"], [1, self.c, "latents", "rows", "columns"])
-        return g
+        return g.op("Conv", x, quarters, kernel_shape=[1, 2, 2], strides=[1, 2, 2])
+
+    def mixed_in(self, g, x, mix):
+        return g.op("Conv", x, g.weight(mix.reshape(self.c, 4, 1, 1, 1)), g.weight(self.bias), kernel_shape=[1, 1, 1])
 
     def decode_graph(self, manifest):
         """z [1,C,T,h,w] to frames [1,3,F,H,W]."""

@@ -53,8 +53,8 @@ def compare(real, tiny):
     for manifest in (real, tiny):
         manifest["latent"] = {k: v for k, v in manifest["latent"].items() if k != "size"}
         manifest["chunk"] = {k: v for k, v in manifest["chunk"].items() if k != "frames"}
-        for role in ("encode", "decode", "velocity"):
-            for graph in manifest[role]["graphs"]:
+        for role in ("encode", "encode_image", "decode", "velocity"):
+            for graph in manifest.get(role, {}).get("graphs", []):
                 for file in [graph, *graph.get("data", [])]:
                     file.pop("sha256", None)
     assert real == tiny, "the tiny manifest says something else than the real one"
@@ -125,8 +125,14 @@ def goldens(name, model, manifest, codec, network, prompt, negative, rng):
     latent = manifest["latent"]
     channels, cell = latent["channels"], latent["spatial"]
     t, h, w = model["grid"]
-    into, back = Normalisation(manifest["encode"]), Normalisation(manifest["decode"])
-    encode = lambda frames: (codec.encode(into.colours(frames)) - into.mean) / into.std
+    back = Normalisation(manifest["decode"])
+
+    def encode(frames):
+        alone = frames.shape[1] == 1 and "encode_image" in manifest
+        into = Normalisation(manifest["encode_image" if alone else "encode"])
+        raw = (codec.encode_image if alone else codec.encode)(into.colours(frames))
+        return (raw - into.mean) / into.std
+
     frames = picture(model["clip"], cell, 2 * cell, cell, rng)
     normal = lambda *shape: (np.round(rng.standard_normal(shape) * 64) / 64).astype("<f4")
     latents_in = normal(channels, 2, 1, 2)
@@ -136,7 +142,7 @@ def goldens(name, model, manifest, codec, network, prompt, negative, rng):
     places = np.stack([rng.randint(0, n, size=140) for n in decoded.shape], axis=1)
 
     image_frame = picture(1, h * cell, w * cell, cell, rng)
-    image = encode(image_frame).astype("<f4")
+    image = normal(channels, 1, h, w)
     z = normal(channels, t, h, w)
     if latent["first"] == "clamped":
         z[:, :1] = image
@@ -160,7 +166,7 @@ def goldens(name, model, manifest, codec, network, prompt, negative, rng):
         answer = facts.rounded(answer, manifest["velocity"]["output"]["dtype"])
         return facts.towards_data(answer, z.astype(np.float64), level, vp)
 
-    golden = dict(z=z, image=image, image_frame=image_frame)
+    golden = dict(z=z, image=image, image_frame=image_frame, image_encoded=short(encode(image_frame)))
     if sample["history"] is not None:
         golden["history"] = sample["history"]
     conditional = np.stack([velocity(prompt, s) for s in sigma])
@@ -198,10 +204,20 @@ def run(runtime, folder, manifest, golden, sample, prompt, negative):
             worst[branch] = max(worst.get(branch, 0.0), error(got, golden["v_" + branch][i]))
             mistake = shown(session, tensors, answer, velocity["output"]["name"], golden)
             worst["least mistake"] = min(worst.get("least mistake", np.inf), mistake)
-    role, norm = manifest["encode"], Normalisation(manifest["encode"])
-    tensor = {role["input"]["name"]: (norm.colours(golden["frames"])[None], role["input"]["dtype"])}
-    got = feed.Session(runtime, folder, role).run(tensor, role["output"]["name"])[0]
-    worst["encode"] = error((got - norm.mean) / norm.std, golden["latents"])
+
+    def encode(role, frames):
+        norm = Normalisation(role)
+        tensor = {role["input"]["name"]: (norm.colours(frames)[None], role["input"]["dtype"])}
+        got = feed.Session(runtime, folder, role).run(tensor, role["output"]["name"])[0]
+        return (got - norm.mean) / norm.std
+
+    clips, images = manifest["encode"], manifest.get("encode_image", manifest["encode"])
+    worst["encode"] = error(encode(clips, golden["frames"]), golden["latents"])
+    worst["image"] = error(encode(images, golden["image_frame"]), golden["image_encoded"])
+    if images is not clips:
+        mistake = error(encode(clips, golden["image_frame"]), golden["image_encoded"])
+        assert mistake > 2.0, "a mistake would pass: the photograph encoded as a clip"
+        worst["least mistake"] = min(worst["least mistake"], mistake)
     role, norm = manifest["decode"], Normalisation(manifest["decode"])
     tensor = {role["input"]["name"]: ((golden["latents_in"] * norm.std + norm.mean)[None], role["input"]["dtype"])}
     got = feed.Session(runtime, folder, role).run(tensor, role["output"]["name"])[0]
@@ -239,6 +255,8 @@ def make(name, folder, runtime):
     folder.mkdir(parents=True, exist_ok=True)
     hashes = {}
     graphs = dict(encode=[codec.encode_graph(manifest["encode"])], decode=[codec.decode_graph(manifest["decode"])])
+    if "encode_image" in manifest:
+        graphs["encode_image"] = [codec.encode_image_graph(manifest["encode_image"])]
     graphs["velocity"] = network.graphs()
     for role, list_ in graphs.items():
         for entry, graph in zip(manifest[role]["graphs"], list_, strict=True):

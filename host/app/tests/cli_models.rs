@@ -49,9 +49,10 @@ impl Copy {
 #[test]
 fn the_shipped_models_are_listed_and_checked() {
     let folder = Folder::new();
-    for (command, words) in
-        [("list", "wan2.2-ti2v-5b  encode + velocity + decode, 121 frames a chunk"), ("check", "ONNX Runtime 1.")]
-    {
+    for (command, words) in [
+        ("list", "wan2.2-ti2v-5b  encode + encode_image + velocity + decode, 121 frames a chunk"),
+        ("check", "ONNX Runtime 1."),
+    ] {
         let said =
             cli_scene::said(folder.command(&["models", command]).current_dir(repository().join("assets/scenes")));
         said.expect(0, &[]);
@@ -62,7 +63,7 @@ fn the_shipped_models_are_listed_and_checked() {
     let models = repository().join("tests/models");
     let said = folder.run(&["models", "check", models.to_str().unwrap()]);
     said.expect(0, &[]);
-    assert_eq!(said.out.matches("loads it").count(), 18, "{}", said.out);
+    assert_eq!(said.out.matches("loads it").count(), 23, "{}", said.out);
     assert!(!said.out.contains("note") && !said.out.contains("bad"), "{}", said.out);
 }
 
@@ -80,7 +81,7 @@ fn what_is_wrong_with_a_model_is_told_with_exit_code_4() {
     copy.refused("decode.onnx: its SHA-256 is d9298a10d1b0735837dc4bd85dac641b0f3cef27a47e5d53a54f2f3f5b2fcffa, the manifest says");
     std::fs::remove_file(copy.0.path("model/velocity.onnx.data")).unwrap();
     copy.refused("velocity.onnx.data: is not there");
-    for file in ["encode.onnx", "velocity.onnx", "decode.onnx"] {
+    for file in ["encode.onnx", "encode_image.onnx", "velocity.onnx", "decode.onnx"] {
         std::fs::remove_file(copy.0.path("model").join(file)).unwrap();
     }
     copy.refused("absent  none of its files is here. How to get them:\n    python tools/models/make_contracts.py");
