@@ -1,6 +1,7 @@
 //! Algorithm 1 of the paper: what the program runs on the device against the paper's lines written out in f64, and what
 //! happens when a run ends early.
 
+mod network;
 mod paper;
 mod resume;
 mod setup;
