@@ -1,6 +1,8 @@
 //! The latent of one chunk on the device and the steps of Algorithm 1 on it. Knows coefficients and predictions, not
 //! where either comes from.
 
+use std::cell::Cell;
+
 use physvideo_gpu::kernels::{self, latent};
 use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Kernel, Recording};
 
@@ -55,6 +57,8 @@ pub struct LatentSpace<'gpu> {
     update: Buf<f32>,
     free: Option<Buf<f32>>,
     partials: Buf<kernels::Partial>,
+    /// Device time of everything recorded so far [ms].
+    device_ms: Cell<f64>,
 }
 
 /// What a latent space is made for.
@@ -118,6 +122,7 @@ impl<'gpu> LatentSpace<'gpu> {
             update: gpu.alloc(ARENA, "latent/update", cells)?,
             free: if setup.free.is_some() { Some(gpu.alloc(ARENA, "latent/free", cells)?) } else { None },
             partials: gpu.alloc(ARENA, "latent/partials", partials(elements))?,
+            device_ms: Cell::new(0.0),
         };
         gpu.write(space.tensor.cast::<f32>(), elements, setup.tail)?;
         if let (Some(buf), Some(anchor)) = (space.anchor, setup.anchor) {
@@ -264,7 +269,7 @@ impl<'gpu> LatentSpace<'gpu> {
         if let (Some(before), true) = (self.before, remember) {
             rec.copy(v, before);
         }
-        self.gpu.run(&rec).map(drop)
+        self.run(&rec)
     }
 
     /// Lines 6–8 of Algorithm 1: z ← M z + (1 − M) ((1 − σ) base + σ ε). Without `mask`, M = 0 everywhere.
@@ -295,7 +300,7 @@ impl<'gpu> LatentSpace<'gpu> {
         rec.section("mix");
         let constants = Constants::none().with("MASKED", f64::from(u8::from(mask.is_some())));
         rec.each(&call, &constants, self.elements / 4);
-        self.gpu.run(&rec).map(drop)
+        self.run(&rec)
     }
 
     /// Which cells the SDE updates, and how much; 0 leaves a cell as it is.
@@ -345,7 +350,7 @@ impl<'gpu> LatentSpace<'gpu> {
             .with("TWO", f64::from(u8::from(step.s1 != 0.0)));
         rec.each(&call, &constants, self.elements / 4);
         self.record_stats(&mut rec);
-        self.gpu.run(&rec)?;
+        self.run(&rec)?;
         self.read_stats()
     }
 
@@ -355,9 +360,21 @@ impl<'gpu> LatentSpace<'gpu> {
     /// The device's refusal.
     pub fn stats(&self) -> Result<LatentStats, GpuError> {
         let mut rec = Recording::new("stats");
+        rec.section("stats");
         self.record_stats(&mut rec);
-        self.gpu.run(&rec)?;
+        self.run(&rec)?;
         self.read_stats()
+    }
+
+    fn run(&self, rec: &Recording) -> Result<(), GpuError> {
+        let timings = self.gpu.run(rec)?;
+        self.device_ms.set(self.device_ms.get() + timings.iter().map(|t| t.ms).sum::<f64>());
+        Ok(())
+    }
+
+    /// Device time of all steps so far [ms], by the device's own clock.
+    pub fn device_ms(&self) -> f64 {
+        self.device_ms.get()
     }
 
     fn record_stats(&self, rec: &mut Recording) {

@@ -30,8 +30,10 @@ pub struct ChunkReport {
     pub wall_s: f64,
     /// Wall time inside the velocity network [s].
     pub network_s: f64,
-    /// Wall time of the latent's arithmetic on the device [s].
+    /// Time of the latent's arithmetic by the device's own clock [s].
     pub arithmetic_s: f64,
+    /// Wall time of that arithmetic with handing it over and waiting for it [s].
+    pub latent_s: f64,
     /// Root mean square of the latent before the SDE and after each of its iterations (the paper's norm / √elements).
     pub rms: Vec<f64>,
     /// Share of cells that the SDE updated.
@@ -342,6 +344,7 @@ fn report(at: Stretch, outcome: &Outcome, act: Act, guide: &Guide) -> ChunkRepor
         wall_s: 0.0,
         network_s: outcome.network_s,
         arithmetic_s: outcome.arithmetic_s,
+        latent_s: outcome.latent_s,
         rms: outcome.stats.iter().map(|s: &LatentStats| s.rms).collect(),
         updated: if act == Act::Animate { inside } else { 1.0 - inside },
     }

@@ -40,7 +40,7 @@ pub struct FlowReport {
     pub nfe: Nfe,
     /// Wall time inside the network for each evaluation [s].
     pub seconds_per_nfe: f64,
-    /// Wall time of the latent's arithmetic over that of the network.
+    /// Time of the latent's arithmetic by the device's clock over the network's wall time.
     pub arithmetic_share: f64,
     /// Wall time before the flow: simulation, drawing and what they need [s].
     pub overhead_s: f64,
@@ -110,7 +110,7 @@ impl FlowReport {
              flow, a chunk  {:>10}   {:>8}\n\
              evaluations    {each:>10}   {nfe:>8}\n\
              one of them    {:>8.3} s   {seconds_per_nfe:>6.3} s\n\
-             {} at {w} × {h}; latent arithmetic {:.2} % of the network's time",
+             {} at {w} × {h}; arithmetic of the latent {:.2} % of the network's time",
             time(self.overhead_s),
             time(overhead_s),
             time(self.wall_s / chunks),
