@@ -3,7 +3,6 @@
 pub mod cells;
 pub mod display;
 pub mod latent;
-pub mod latent_mask;
 pub mod mpm;
 pub mod render;
 pub mod view;

@@ -5,7 +5,7 @@ use std::time::Instant;
 use physvideo::flow::SdeRule;
 use physvideo::scene::{Act, Continuation, Noise, Pool};
 use physvideo::stages::latent::LatentStats;
-use physvideo::stages::latent_mask::{Pooling, pool};
+use physvideo::stages::latent::mask::{Pooling, pool};
 use physvideo_gpu::Gpu;
 use physvideo_net::{Conditioning, Direction, FirstLatent, Grid, Model, Schedule, Tensor, VelocitySpec};
 use serde::Serialize;
