@@ -3,7 +3,9 @@
 
 pub mod demo;
 pub mod device;
+pub mod flow;
 pub mod folder;
+pub mod plot;
 pub mod probe;
 pub mod proof;
 pub mod random;

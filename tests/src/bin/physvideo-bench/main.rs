@@ -1,8 +1,10 @@
-//! Benchmarks: kernels in isolation with their error beside the time, the whole MPM substep, a frame of points. Nothing here ships
-//! with the product; times come from the device's own clock and hold only as ratios within one run.
+//! Benchmarks: kernels in isolation with their error beside the time, the whole MPM substep, a frame of points, and
+//! diagrams of work against precision. Nothing here ships with the product; times come from the device's own clock and
+//! hold only as ratios within one run.
 
 mod mpm;
 mod points;
+mod wp;
 
 use std::collections::BTreeMap;
 
@@ -73,6 +75,11 @@ enum What {
         #[arg(long, default_value_t = 15)]
         repeats: usize,
     },
+    /// Work–precision diagrams: evaluations of the network against error, as SVG and CSV.
+    Wp {
+        #[command(subcommand)]
+        problem: wp::Problem,
+    },
 }
 
 fn main() {
@@ -92,6 +99,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         What::Kernels { items, repeats, ref only } => kernels(&gpu, arguments.json, items, repeats, only),
         What::Mpm { edge, spacing, substeps, repeats, all } => mpm::bench(&gpu, edge, spacing, substeps, repeats, all),
         What::Points { points, width, height, repeats } => points::bench(&gpu, points, [width, height], repeats),
+        What::Wp { ref problem } => wp::bench(&gpu, problem),
     }
 }
 
