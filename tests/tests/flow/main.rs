@@ -2,6 +2,7 @@
 //! apart. Bounds are four standard errors of so many numbers, or the rounding of f32.
 
 mod anchor;
+mod bench;
 mod exact;
 mod forgetting;
 mod integrators;

@@ -17,9 +17,10 @@ pub fn run(bench: &mut Bench) -> Result<(), String> {
     for (name, ns, gigabytes) in &rows {
         println!("{name:<34} {ns:>10.3} {gigabytes:>8.2}");
     }
-    let rows: Vec<_> = rows.iter().map(|(name, ns, gb)| vec![name.clone(), cell(*ns), cell(*gb)]).collect();
-    let header = format!("kernel,ns_per_float ({}),gigabytes_per_second", bench.gpu.info.name.replace(',', " "));
-    bench.csv("cost", &header, &rows)
+    let device = format!("\"{}\"", bench.gpu.info.name);
+    let row = |(name, ns, gb): &(String, f64, f64)| vec![device.clone(), format!("\"{name}\""), cell(*ns), cell(*gb)];
+    let rows: Vec<_> = rows.iter().map(row).collect();
+    bench.csv("cost", "device,kernel,ns_per_float,gigabytes_per_second", &rows)
 }
 
 fn time(bench: &Bench) -> Result<Vec<(String, f64, f64)>, GpuError> {
