@@ -26,10 +26,10 @@ pub struct Flow {
     #[serde(default)]
     #[schemars(range(min = 1, max = 1000))]
     pub steps: Option<u32>,
-    /// Step of the schedule, from the clean end, at which the SDE runs (paper: 20 of 25).
-    #[serde(default = "default_tau")]
+    /// Step of the schedule, from the clean end, at which the SDE runs; absent: four fifths of them (paper: 20 of 25).
+    #[serde(default)]
     #[schemars(range(min = 1, max = 1000))]
-    pub tau_step: u32,
+    pub tau_step: Option<u32>,
     /// Iterations of the SDE, N; 0 is plain generation from the start latent (paper: 10).
     #[serde(default = "default_iterations")]
     #[schemars(range(max = 100_000))]
@@ -79,9 +79,6 @@ pub struct Flow {
     pub noise: Noise,
 }
 
-fn default_tau() -> u32 {
-    20
-}
 fn default_iterations() -> u32 {
     10
 }
@@ -90,6 +87,13 @@ fn default_gamma() -> f32 {
 }
 fn one() -> f32 {
     1.0
+}
+
+impl Flow {
+    /// The step of the SDE in a schedule of `steps`.
+    pub fn tau_of(&self, steps: usize) -> usize {
+        self.tau_step.map_or_else(|| (4 * steps + 2) / 5, |t| t as usize).max(1)
+    }
 }
 
 /// A driving video from files. Folders hold PNG files that are taken in the order of their names.

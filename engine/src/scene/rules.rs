@@ -61,10 +61,10 @@ impl Rules<'_> {
 
     fn flow(&mut self) {
         let Some(flow) = &self.scene.flow else { return };
-        if let Some(steps) = flow.steps
-            && flow.tau_step > steps
+        if let (Some(steps), Some(tau)) = (flow.steps, flow.tau_step)
+            && tau > steps
         {
-            let message = format!("step {} is beyond the schedule's {steps}", flow.tau_step);
+            let message = format!("step {tau} is beyond the schedule's {steps}");
             self.report(Kind::OutOfRange, "flow.tau_step", message, "give tau_step ≤ steps");
         }
         if let Some([w, h]) = flow.size

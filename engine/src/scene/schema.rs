@@ -62,7 +62,7 @@ mod tests {
     use crate::scene::parse;
 
     /// Keys that may be absent and then mean "not there" or "chosen from the rest", so they have no default value.
-    const OPTIONAL: [&str; 30] = [
+    const OPTIONAL: [&str; 31] = [
         "photo",
         "camera",
         "ground",
@@ -86,6 +86,7 @@ mod tests {
         "background",
         "size",
         "steps",
+        "tau_step",
         "beta",
         "pool",
         "reach",

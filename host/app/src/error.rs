@@ -107,7 +107,8 @@ impl AppError {
             Self::Animate(_) => 2,
             Self::Gpu(GpuError::Compile { .. } | GpuError::Call { .. }) => INTERNAL,
             Self::Gpu(_) | Self::Memory { .. } => 3,
-            Self::Flow(FlowError::NotFinite { .. } | FlowError::Diverged { .. }) | Self::Numeric(_) => 5,
+            Self::Flow(FlowError::NotFinite { .. } | FlowError::CodecNotFinite { .. } | FlowError::Diverged { .. })
+            | Self::Numeric(_) => 5,
             Self::Net(e) | Self::Flow(FlowError::Net(e)) => match e.kind() {
                 NetKind::Usage => 2,
                 NetKind::Memory => 3,

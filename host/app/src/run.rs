@@ -92,6 +92,7 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<(), AppError> {
         report,
         progress,
         flow: None,
+        flow_video: None,
         quiet: options.quiet,
     };
     if let Some(gpu) = &gpu {
@@ -118,6 +119,7 @@ struct Clip<'a> {
     report: Report,
     progress: Progress,
     flow: Option<FlowRun>,
+    flow_video: Option<EncoderThread>,
     quiet: bool,
 }
 

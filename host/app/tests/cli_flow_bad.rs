@@ -81,7 +81,7 @@ fn models_that_are_not_what_they_say_are_told() {
     refused(&folder, 4, &["model.toml"]);
     let folder = start();
     manifest(&folder, &[("channels = 16", "channels = 15")]);
-    refused(&folder, 4, &["[1, 33, ?, ?, ?]", "[1, 31, ?, ?, ?]"]);
+    refused(&folder, 4, &["tensor `latent`", "[1, 15, ?, ?, ?] by the manifest"]);
     let folder = start();
     manifest(&folder, &[("name = \"x\"", "name = \"y\"")]);
     refused(&folder, 4, &["`x`", "neither the manifest"]);
@@ -117,6 +117,68 @@ fn a_network_that_gives_no_numbers_is_named_with_step_and_noise_level() {
     assert!(report["message"].as_str().unwrap().contains("not finite"));
 }
 
+/// A decoder that gives no numbers would leave a black video, and the next chunk would start from it.
+#[test]
+fn a_decoder_that_gives_no_numbers_is_named_and_the_latents_are_kept() {
+    let folder = start();
+    manifest(&folder, &[]);
+    let graph = Graph::default()
+        .input("latent", F32, &[1, 16, -1, -1, -1])
+        .floats("zero", &[1], &[0.0])
+        .ints("from", &[0])
+        .ints("to", &[3])
+        .ints("axis", &[1])
+        .floats("scales", &[5], &[1.0, 1.0, 2.5, 8.0, 8.0])
+        .node("Slice", &["latent", "from", "to", "axis"], "three")
+        .node("Resize", &["three", "", "scales"], "large")
+        .node("Mul", &["large", "zero"], "nothing")
+        .node("Div", &["nothing", "zero"], "video")
+        .output("video", F32, &[1, 3, -1, -1, -1]);
+    folder.write("model/decode.onnx", graph.file());
+    refused(&folder, 5, &["the network `decode`", "not finite"]);
+    assert_eq!(names(&folder.path("out")), ["flow.checkpoint", "report.json"]);
+}
+
+/// Keys that the model has no use for are said, in `plan` too.
+#[test]
+fn keys_without_effect_are_said() {
+    let folder = start();
+    let keys =
+        "steps = 4\ntau_step = 3\niterations = 2\nguidance = 6.0\ninversion_guidance = 2.0\nprompt = 'two balls'";
+    scene(&folder, keys, "frames = 'clip/frames'", 5);
+    let said = ["flow.guidance has no effect", "flow.inversion_guidance has no effect", "flow.prompt is kept"];
+    folder.run(&["--scene", "scene.toml", "--out", "out", "--model", "model"]).expect(0, &said);
+    let plan = folder.run(&["plan", "scene.toml", "--model", "model"]);
+    assert!(said.iter().all(|note| plan.out.contains(note)), "{}", plan.out);
+    // γ beyond what is stable for any data: σ of step 1 of 4 at shift 2.3 is 0.434.
+    scene(&folder, "steps = 4\ntau_step = 1\ngamma = 0.5", "frames = 'clip/frames'", 5);
+    let plan = folder.run(&["plan", "scene.toml", "--model", "model"]);
+    assert!(plan.out.contains("flow.gamma 0.5 is above 2σ² = 0.376"), "{}", plan.out);
+}
+
+/// What is missing for a model that takes text is told before anything runs, by `plan` and `check` too.
+#[test]
+fn embeddings_are_looked_at_before_anything_runs() {
+    let folder = start();
+    let contract = format!("{}/../../tests/models/framepack", env!("CARGO_MANIFEST_DIR"));
+    for entry in std::fs::read_dir(&contract).unwrap().flatten() {
+        std::fs::create_dir_all(folder.path("model")).unwrap();
+        std::fs::copy(entry.path(), folder.path("model").join(entry.file_name())).unwrap();
+    }
+    let keys = "steps = 3\ntau_step = 2\nsize = [32, 32]";
+    scene(&folder, keys, "frames = 'clip/frames'", 5);
+    manifest(&folder, &[("embeddings = \"prompt.npz\"\n", "")]);
+    let needs = ["flow.embeddings", "needs the array"];
+    refused(&folder, 2, &needs);
+    folder.run(&["plan", "scene.toml", "--model", "model"]).expect(2, &needs);
+    // An archive of something else.
+    scene(&folder, &format!("{keys}\nembeddings = 'golden.npz'"), "frames = 'clip/frames'", 5);
+    std::fs::copy(folder.path("model/golden.npz"), folder.path("golden.npz")).unwrap();
+    refused(&folder, 2, &["flow.embeddings", "it holds", "and model framepack-contract reads"]);
+    folder.write("golden.npz", "rubbish");
+    refused(&folder, 2, &["flow.embeddings", "golden.npz"]);
+}
+
 #[test]
 fn settings_that_do_not_fit_are_told_at_their_keys() {
     let folder = start();
@@ -132,6 +194,8 @@ fn settings_that_do_not_fit_are_told_at_their_keys() {
         ("sde = 'euler'", &["flow.sde", "euler_maruyama"]),
         ("size = [60, 64]", &["flow.size 60 × 64", "multiples of 8", "64 × 64"]),
         ("size = [0, 64]", &["flow.size"]),
+        ("size = [8, 8]", &["8"]),
+        ("size = [8192, 8192]\nact = 'reconstruct'", &["8192"]),
         ("act = 'animte'", &["animate"]),
         ("iteration = 3", &["iterations"]),
         ("embeddings = 'none.npz'", &["flow.embeddings", "none.npz"]),

@@ -59,7 +59,10 @@ impl Manifest {
     pub fn memory(&self, roles: &[Role]) -> Result<u64, NetError> {
         let folder = Folder::new(&self.folder);
         let of = |role: Role| memory(&folder, self.role(role).ok_or_else(|| has_no(self, role))?);
-        roles.iter().try_fold(0u64, |sum, &role| Ok(sum.saturating_add(of(role)?)))
+        roles.iter().try_fold(0u64, |sum, &role| Ok(sum.saturating_add(of(role)?))).map_err(|e| match e {
+            NetError::MissingFile { path, .. } => NetError::MissingFile { path, obtain: self.obtain.clone() },
+            other => other,
+        })
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
 use physvideo::scene::{Act, Continuation, Noise, Pool, Sde, Solver, Start};
-use physvideo_app::flow::{Clip, ClipWatch, Driving, FlowError, Phase, Settings, State, Watch};
+use physvideo_app::flow::{ChunkReport, Clip, ClipWatch, Driving, FlowError, Phase, Settings, State, Watch};
 use physvideo_app::interrupt::Interrupt;
 use physvideo_net::{
     Branch, Conditioning, Grid, LibraryChoice, Manifest, Model, OpenOptions, Runtime, Sigma, StepIndex, Tensor,
@@ -27,7 +27,7 @@ impl Watch for Silent {
 }
 impl ClipWatch for Silent {
     fn chunk(&mut self, _: usize, _: usize) {}
-    fn latent(&mut self, _: &Tensor) {}
+    fn latent(&mut self, _: &Tensor, _: &ChunkReport) {}
 }
 
 fn model() -> Model {
@@ -94,7 +94,7 @@ fn by_hand(model: &mut Model, d: &Driving, act: Act) -> Tensor {
     let all: Vec<&Vec<u8>> = d.frames.iter().collect();
     let z = model.encode(&tensor(&all), &NEVER).unwrap();
     let clean = model.encode(&tensor(&[&d.image]), &NEVER).unwrap();
-    let still = model.encode(&tensor(&vec![&d.background; FRAMES]), &NEVER).unwrap();
+    let still = model.encode(&tensor(&[&d.background; FRAMES]), &NEVER).unwrap();
     let grid = Grid { frames: 3, height: 2, width: 2 };
     let inputs = model.condition(Conditioning::on_image(grid, clean), &NEVER).unwrap();
     // Latent 0 is frame 0, 1 is frames 1–4, 2 is frames 5–8; a cell is 8 × 8 pixels.
@@ -102,9 +102,9 @@ fn by_hand(model: &mut Model, d: &Driving, act: Act) -> Tensor {
         .map(|cell| {
             let (k, row, column) = (cell / 4, cell / 2 % 2, cell % 2);
             let frames = if k == 0 { 0..1 } else { 4 * k - 3..4 * k + 1 };
-            let mut pixels = frames.flat_map(|f| (0..64).map(move |p| (f, p))).map(|(f, p)| {
-                d.masks[f][(8 * row + p / 8) * SIZE + 8 * column + p % 8] == 1
-            });
+            let mut pixels = frames
+                .flat_map(|f| (0..64).map(move |p| (f, p)))
+                .map(|(f, p)| d.masks[f][(8 * row + p / 8) * SIZE + 8 * column + p % 8] == 1);
             f64::from(u8::from(if act == Act::Animate { pixels.any(|m| m) } else { pixels.all(|m| m) }))
         })
         .collect();

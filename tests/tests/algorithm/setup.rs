@@ -164,7 +164,7 @@ impl Watch for Kept {
     fn finished(&mut self, phase: Phase, done: u32, _: &dyn Fn() -> Result<State, FlowError>) -> Result<(), FlowError> {
         self.steps.push((phase, done));
         match self.until {
-            Some(until) if until == self.steps.len() => Err(FlowError::Interrupted { at: "a test".into() }),
+            Some(until) if until == self.steps.len() => Err(FlowError::Interrupted { at: "a test".into(), kept: true }),
             _ => Ok(()),
         }
     }

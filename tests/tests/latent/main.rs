@@ -3,6 +3,7 @@
 
 mod functions;
 mod noise;
+mod pool;
 mod steps;
 
 use physvideo_gpu::kernels::{Buf, Mix, latent};

@@ -68,12 +68,17 @@ pub(super) fn driven(loaded: &Loaded, drawn: (u32, u32)) -> Result<((u32, u32), 
 }
 
 fn flow(outlook: &Outlook) -> String {
-    let Outlook { model, size: (width, height), latent: [c, t, h, w], chunks, nfe, network_bytes, .. } = outlook;
-    format!(
-        "{:<12} model {model} at {width} × {height}, latents {c} × {t} × {h} × {w}, {chunks} chunks, {nfe} evaluations, \
-         networks of {network_bytes} bytes",
+    let Outlook { model, size: (width, height), latent: [c, t, h, w], chunks, nfe, sigma, .. } = outlook;
+    let chunks = if *chunks == 1 { "1 chunk".to_owned() } else { format!("{chunks} chunks") };
+    let mib = |bytes: u64| bytes.div_ceil(1 << 20);
+    let (networks, frames) = (mib(outlook.network_bytes), mib(outlook.frame_bytes));
+    let mut lines = vec![format!(
+        "{:<12} model {model} at {width} × {height}, latents {c} × {t} × {h} × {w}, {chunks}, {nfe} evaluations, SDE at \
+         σ = {sigma:.4}; host memory: {networks} MiB of networks without what they compute, {frames} MiB of frames",
         "network"
-    )
+    )];
+    lines.extend(outlook.notes.iter().map(|note| format!("{:<12} {note}", "note")));
+    lines.join("\n")
 }
 
 fn stages(plan: &Plan) -> String {

@@ -83,6 +83,8 @@ pub struct State {
     pub latent: Vec<f32>,
     /// Velocities of the step before (AB2).
     pub history: Option<Vec<f32>>,
+    /// What was counted and measured until then; its latent is empty.
+    pub so_far: Outcome,
 }
 
 /// Called after every finished step; an error ends the chunk.
@@ -138,13 +140,17 @@ pub fn phi_cf(
             run.space.set_history(history)?;
         }
         (at, run.moved) = ((state.phase, state.done), state.history.is_some());
+        run.outcome = state.so_far.clone();
     } else {
         // Line 2.
         run.space.set(&guide.encoded)?;
     }
     run.at = at;
     let ended = run.play(guide, watch);
+    // A latent that is no longer finite is nothing to go on from.
+    let lost = matches!(ended, Err(FlowError::Diverged { .. }));
     if ended.is_err()
+        && !lost
         && let Ok(state) = run.state()
     {
         watch.stopped(state);
@@ -192,7 +198,9 @@ impl<'a, 'gpu> Run<'a, 'gpu> {
 
     fn state(&self) -> Result<State, FlowError> {
         let history = if self.moved { self.space.history()? } else { None };
-        Ok(State { phase: self.at.0, done: self.at.1, latent: self.space.get()?, history })
+        let mut so_far = self.outcome.clone();
+        so_far.arithmetic_s += self.space.device_ms() * 1e-3;
+        Ok(State { phase: self.at.0, done: self.at.1, latent: self.space.get()?, history, so_far })
     }
 
     fn play(&mut self, guide: &Guide, watch: &mut dyn Watch) -> Result<Outcome, FlowError> {
@@ -213,7 +221,9 @@ impl<'a, 'gpu> Run<'a, 'gpu> {
         if self.at.0 == Phase::Sde {
             self.space.update_where(&updated(act, guide))?;
             let noise = self.noise(1);
-            self.outcome.stats.push(self.space.stats()?);
+            if self.outcome.stats.is_empty() {
+                self.outcome.stats.push(self.space.stats()?);
+            }
             for n in self.at.1..iterations {
                 // Lines 10–12.
                 let reading = self.predict(sigma(top), self.task.guidance)?;
@@ -238,7 +248,7 @@ impl<'a, 'gpu> Run<'a, 'gpu> {
             self.finished(Phase::Generation, done + 1, watch)?;
         }
         self.outcome.latent = self.space.get()?;
-        self.outcome.arithmetic_s = self.space.device_ms() * 1e-3;
+        self.outcome.arithmetic_s += self.space.device_ms() * 1e-3;
         Ok(std::mem::take(&mut self.outcome))
     }
 
@@ -250,7 +260,8 @@ impl<'a, 'gpu> Run<'a, 'gpu> {
         let (base, mask) = match (inverts, self.task.act) {
             (false, _) => (&guide.encoded, guide.held.clone()),
             (true, act) => {
-                let kept = guide.mask.iter().enumerate().map(|(i, m)| m.max(held(i))).collect();
+                // A mixture of two independent noises would be too narrow: a cell takes one side, the larger.
+                let kept = guide.mask.iter().enumerate().map(|(i, m)| m.round().max(held(i))).collect();
                 // Line 7: the act animate starts from the background, so that motion does not spread.
                 (if act == Act::Animate { &guide.background } else { &guide.encoded }, Some(kept))
             }
@@ -321,7 +332,7 @@ impl<'a, 'gpu> Run<'a, 'gpu> {
         self.outcome.network_s += since.elapsed().as_secs_f64();
         match evaluated {
             Some(Err(e)) if physvideo_net::NetError::kind(&e) == Kind::Interrupted => {
-                return Err(FlowError::Interrupted { at: self.place() });
+                return Err(FlowError::Interrupted { at: self.place(), kept: true });
             }
             Some(result) => result.map_err(FlowError::Net)?,
             None => return Err(FlowError::Input("the latent is empty".into())),
@@ -334,7 +345,7 @@ impl<'a, 'gpu> Run<'a, 'gpu> {
             if let Some(first) = prediction.iter().position(bad) {
                 let count = prediction.iter().filter(|x| bad(x)).count();
                 let at = self.place();
-                return Err(FlowError::NotFinite { network: "velocity", count, first, at, sigma: sigma.value() });
+                return Err(FlowError::NotFinite { count, first, at, sigma: sigma.value() });
             }
         }
         self.space.predict(&self.predictions[0], guidance.map(|_| &self.predictions[1][..]))?;
@@ -354,7 +365,7 @@ impl<'a, 'gpu> Run<'a, 'gpu> {
 }
 
 /// Line 12: where, and how much, the SDE updates.
-fn updated(act: Act, guide: &Guide) -> Vec<f32> {
+pub(super) fn updated(act: Act, guide: &Guide) -> Vec<f32> {
     let held = |i: usize| guide.held.as_ref().is_some_and(|h| h[i] != 0.0);
     let weight = |(i, m): (usize, &f32)| match act {
         _ if held(i) => 0.0,

@@ -4,16 +4,19 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use physvideo::stages::latent::LatentStats;
 use physvideo_net::Tensor;
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
-use super::algorithm::{Phase, State};
+use super::algorithm::{Outcome, Phase, State};
+use super::clip::{ChunkReport, Finished};
 use crate::io::WriteError;
 use crate::io::write::write_whole;
 
 /// Name of the file in the output folder.
 pub const FILE: &str = "flow.checkpoint";
-const MAGIC: &[u8; 8] = b"pvflow1\n";
+const MAGIC: &[u8; 8] = b"pvflow2\n";
 /// No header is longer: it is a few hundred bytes.
 const MOST_HEADER: u64 = 1 << 20;
 
@@ -22,8 +25,8 @@ const MOST_HEADER: u64 = 1 << 20;
 pub struct Checkpoint {
     /// SHA-256 of everything that the result depends on.
     pub fingerprint: String,
-    /// z* of every finished chunk, in order of running.
-    pub finished: Vec<Tensor>,
+    /// Every finished chunk, in order of running.
+    pub finished: Vec<Finished>,
     /// The chunk in progress after its last finished step.
     pub state: Option<State>,
 }
@@ -31,8 +34,61 @@ pub struct Checkpoint {
 #[derive(Serialize, Deserialize)]
 struct Header {
     fingerprint: String,
-    finished: Vec<Vec<usize>>,
-    state: Option<(u8, u32, usize, Option<usize>)>,
+    /// SHA-256 of the numbers.
+    sha256: String,
+    /// Shape of each finished latent, and what was done.
+    finished: Vec<(Vec<usize>, ChunkReport)>,
+    state: Option<Progress>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Progress {
+    phase: u8,
+    done: u32,
+    latent: usize,
+    history: Option<usize>,
+    nfe: [u32; 3],
+    /// Mean and root mean square after each iteration.
+    stats: Vec<[f64; 2]>,
+    /// Seconds inside the network, of arithmetic, of arithmetic with its hand-over.
+    seconds: [f64; 3],
+}
+
+impl Progress {
+    fn of(state: &State) -> Self {
+        let Outcome { nfe, stats, network_s, arithmetic_s, latent_s, .. } = &state.so_far;
+        Self {
+            phase: match state.phase {
+                Phase::Inversion => 0,
+                Phase::Sde => 1,
+                Phase::Generation => 2,
+            },
+            done: state.done,
+            latent: state.latent.len(),
+            history: state.history.as_ref().map(Vec::len),
+            nfe: *nfe,
+            stats: stats.iter().map(|s| [s.mean, s.rms]).collect(),
+            seconds: [*network_s, *arithmetic_s, *latent_s],
+        }
+    }
+
+    fn state(self, numbers: &mut Numbers) -> Option<State> {
+        let phase = match self.phase {
+            0 => Phase::Inversion,
+            1 => Phase::Sde,
+            2 => Phase::Generation,
+            _ => return None,
+        };
+        let latent = numbers.take(self.latent)?;
+        let history = match self.history {
+            Some(n) => Some(numbers.take(n)?),
+            None => None,
+        };
+        let [network_s, arithmetic_s, latent_s] = self.seconds;
+        let stats = self.stats.iter().map(|[mean, rms]| LatentStats { faults: 0, mean: *mean, rms: *rms }).collect();
+        let so_far = Outcome { latent: Vec::new(), nfe: self.nfe, stats, network_s, arithmetic_s, latent_s };
+        Some(State { phase, done: self.done, latent, history, so_far })
+    }
 }
 
 impl Checkpoint {
@@ -41,18 +97,14 @@ impl Checkpoint {
     /// # Errors
     /// What the system says.
     pub fn write(&self, folder: &Path) -> Result<(), WriteError> {
-        let phase = |p: Phase| match p {
-            Phase::Inversion => 0,
-            Phase::Sde => 1,
-            Phase::Generation => 2,
-        };
+        let state = self.state.iter().flat_map(|s| std::iter::once(&s.latent).chain(s.history.as_ref()));
+        let all = self.finished.iter().map(|f| &f.latent.data).chain(state);
+        let numbers: Vec<u8> = all.flatten().flat_map(|number| number.to_le_bytes()).collect();
         let header = Header {
             fingerprint: self.fingerprint.clone(),
-            finished: self.finished.iter().map(|t| t.shape.clone()).collect(),
-            state: self
-                .state
-                .as_ref()
-                .map(|s| (phase(s.phase), s.done, s.latent.len(), s.history.as_ref().map(Vec::len))),
+            sha256: sha256(&numbers),
+            finished: self.finished.iter().map(|f| (f.latent.shape.clone(), f.report.clone())).collect(),
+            state: self.state.as_ref().map(Progress::of),
         };
         let path = folder.join(FILE);
         let text = serde_json::to_vec(&header)
@@ -61,13 +113,7 @@ impl Checkpoint {
             file.write_all(MAGIC)?;
             file.write_all(&(text.len() as u64).to_le_bytes())?;
             file.write_all(&text)?;
-            let state = self.state.iter().flat_map(|s| std::iter::once(&s.latent).chain(s.history.as_ref()));
-            for numbers in self.finished.iter().map(|t| &t.data).chain(state) {
-                for number in numbers {
-                    file.write_all(&number.to_le_bytes())?;
-                }
-            }
-            Ok(())
+            file.write_all(&numbers)
         })
     }
 
@@ -94,25 +140,19 @@ impl Checkpoint {
         if header.fingerprint != fingerprint {
             return Err(format!("{} is of a run with other frames or settings", path.display()));
         }
+        if header.sha256 != sha256(numbers) {
+            return Err(damaged());
+        }
         let mut numbers = Numbers(numbers);
         let mut finished = Vec::new();
-        for shape in header.finished {
+        for (shape, report) in header.finished {
             let count = shape.iter().try_fold(1_usize, |n, d| n.checked_mul(*d)).ok_or_else(damaged)?;
-            finished.push(Tensor { data: numbers.take(count).ok_or_else(damaged)?, shape });
+            let latent = Tensor { data: numbers.take(count).ok_or_else(damaged)?, shape };
+            finished.push(Finished { latent, report });
         }
         let state = match header.state {
             None => None,
-            Some((phase, done, latent, history)) => Some(State {
-                phase: match phase {
-                    0 => Phase::Inversion,
-                    1 => Phase::Sde,
-                    2 => Phase::Generation,
-                    _ => return Err(damaged()),
-                },
-                done,
-                latent: numbers.take(latent).ok_or_else(damaged)?,
-                history: history.map(|n| numbers.take(n).ok_or_else(damaged)).transpose()?,
-            }),
+            Some(progress) => Some(progress.state(&mut numbers).ok_or_else(damaged)?),
         };
         if !numbers.0.is_empty() {
             return Err(damaged());
@@ -130,6 +170,10 @@ impl Checkpoint {
     pub fn path(folder: &Path) -> PathBuf {
         folder.join(FILE)
     }
+}
+
+fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
 }
 
 struct Numbers<'a>(&'a [u8]);
@@ -151,8 +195,22 @@ mod tests {
     fn example() -> Checkpoint {
         Checkpoint {
             fingerprint: "f".into(),
-            finished: vec![Tensor { shape: vec![1, 2], data: vec![1.5, -2.0] }],
-            state: Some(State { phase: Phase::Sde, done: 3, latent: vec![0.5; 4], history: Some(vec![0.25; 4]) }),
+            finished: vec![Finished {
+                latent: Tensor { shape: vec![1, 2], data: vec![1.5, -2.0] },
+                report: ChunkReport {
+                    nfe: [20, 10, 20],
+                    rms: vec![0.9, 1.1],
+                    sigma: 28.0 / 29.0,
+                    ..Default::default()
+                },
+            }],
+            state: Some(State {
+                phase: Phase::Sde,
+                done: 3,
+                latent: vec![0.5; 4],
+                history: Some(vec![0.25; 4]),
+                so_far: Outcome { nfe: [20, 3, 0], network_s: 0.1, ..Default::default() },
+            }),
         }
     }
 
@@ -181,10 +239,10 @@ mod tests {
         long.push(0);
         std::fs::write(&path, &long).unwrap();
         assert!(Checkpoint::read(folder.path(), "f").is_err());
-        let mut nan = whole;
-        let last = nan.len() - 4;
-        nan[last..].copy_from_slice(&f32::NAN.to_le_bytes());
-        std::fs::write(&path, &nan).unwrap();
-        assert!(Checkpoint::read(folder.path(), "f").is_err());
+        let mut other = whole;
+        let last = other.len() - 1;
+        other[last] ^= 1;
+        std::fs::write(&path, &other).unwrap();
+        assert!(Checkpoint::read(folder.path(), "f").unwrap_err().contains("damaged"));
     }
 }

@@ -7,10 +7,12 @@ use physvideo::scene::{Act, Continuation, Noise, Pool};
 use physvideo::stages::latent::LatentStats;
 use physvideo::stages::latent::mask::{Pooling, pool};
 use physvideo_gpu::Gpu;
-use physvideo_net::{Conditioning, Direction, FirstLatent, Grid, Model, Schedule, Tensor, VelocitySpec};
-use serde::Serialize;
+use physvideo_net::{
+    Conditioning, Direction, FirstLatent, Grid, Guidance, Kind, Model, NetError, Schedule, Tensor, VelocitySpec,
+};
+use serde::{Deserialize, Serialize};
 
-use super::algorithm::{Guide, Outcome, State, Task, Watch, phi_cf};
+use super::algorithm::{Guide, Outcome, State, Task, Watch, phi_cf, updated};
 use super::chunks::{Stretch, padding, stretches};
 use super::network::Network;
 use super::pixels::{Driving, from_tensor, to_tensor};
@@ -20,7 +22,7 @@ use super::velocity::FlowError;
 use crate::interrupt::Interrupt;
 
 /// What was done to a chunk.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ChunkReport {
     /// First and last frame.
     pub frames: [usize; 2],
@@ -38,6 +40,10 @@ pub struct ChunkReport {
     pub rms: Vec<f64>,
     /// Share of cells that the SDE updated.
     pub updated: f64,
+    /// Noise level σ of the SDE.
+    pub sigma: f64,
+    /// β used.
+    pub beta: f64,
 }
 
 /// What was done to a clip.
@@ -56,7 +62,16 @@ pub trait ClipWatch: Watch {
     /// Chunk `index` of `count` begins.
     fn chunk(&mut self, index: usize, count: usize);
     /// Its latent is finished.
-    fn latent(&mut self, latent: &Tensor);
+    fn latent(&mut self, latent: &Tensor, report: &ChunkReport);
+}
+
+/// A chunk that an earlier run finished.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finished {
+    /// z*.
+    pub latent: Tensor,
+    /// What was done.
+    pub report: ChunkReport,
 }
 
 /// A clip in the making.
@@ -88,7 +103,7 @@ impl<'a> Clip<'a> {
     /// [`FlowError`]; `watch` was given what is needed to go on.
     pub fn make(
         mut self,
-        finished: &[Tensor],
+        finished: &[Finished],
         state: Option<State>,
         watch: &mut dyn ClipWatch,
     ) -> Result<(Vec<Vec<u8>>, ClipReport), FlowError> {
@@ -98,6 +113,9 @@ impl<'a> Clip<'a> {
         } else {
             self.continued(&chunks, finished, state, watch)?
         };
+        if let Some(first) = self.report.chunks.first() {
+            (self.report.sigma, self.report.beta) = (first.sigma, first.beta);
+        }
         Ok((frames, self.report))
     }
 
@@ -112,7 +130,7 @@ impl<'a> Clip<'a> {
     fn continued(
         &mut self,
         chunks: &[Stretch],
-        finished: &[Tensor],
+        finished: &[Finished],
         mut state: Option<State>,
         watch: &mut dyn ClipWatch,
     ) -> Result<Vec<Vec<u8>>, FlowError> {
@@ -126,23 +144,21 @@ impl<'a> Clip<'a> {
             };
             let clean = self.encode(&[&image])?;
             let latent = match finished.get(k) {
-                Some(latent) => latent.clone(),
+                Some(finished) => self.again(finished),
                 None => {
                     let encoded = self.encode(&self.frames(*at))?;
                     let still = self.background(at.padded)?;
                     let mask = self.mask(*at)?;
                     let link = Link { history: None, padding: 0, stream: k, image: &image };
-                    let latent = self.run(*at, encoded, still, mask, &clean, link, state.take(), watch)?;
-                    watch.latent(&latent);
-                    latent
+                    self.run(*at, encoded, still, mask, &clean, link, state.take(), watch)?
                 }
             };
             let whole = if self.separate() { join(&clean, &latent) } else { latent };
-            let mut frames = from_tensor(&self.model.decode(&whole, &self.interrupt.flag())?);
+            let mut frames = self.decode(&whole)?;
             frames.truncate(at.frames);
             // The first frame of a later chunk is the last of the chunk before.
             out.extend(frames.into_iter().skip(usize::from(k > 0)));
-            if let Some(report) = self.report.chunks.last_mut().filter(|r| r.frames[0] == at.first) {
+            if let Some(report) = self.report.chunks.last_mut().filter(|_| k >= finished.len()) {
                 report.wall_s = since.elapsed().as_secs_f64();
             }
         }
@@ -153,7 +169,7 @@ impl<'a> Clip<'a> {
     fn linked(
         &mut self,
         chunks: &[Stretch],
-        finished: &[Tensor],
+        finished: &[Finished],
         mut state: Option<State>,
         watch: &mut dyn ClipWatch,
     ) -> Result<Vec<Vec<u8>>, FlowError> {
@@ -176,16 +192,14 @@ impl<'a> Clip<'a> {
             watch.chunk(done, chunks.len());
             let part = 1 + k * per..1 + (k + 1) * per;
             let latent = match finished.get(done) {
-                Some(latent) => latent.clone(),
+                Some(finished) => self.again(finished),
                 None => {
                     let padding = if backward { per * padding(k, chunks.len()) } else { 0 };
                     let link = Link { history: made.as_ref(), padding, stream: k, image: &image };
                     let cells = encoded.shape[2] * encoded.shape[3];
                     let mask = mask[part.start * cells..part.end * cells].to_vec();
                     let [encoded, still] = [&encoded, &still].map(|t| slice(t, part.clone()));
-                    let latent = self.run(chunks[k], encoded, still, mask, &clean, link, state.take(), watch)?;
-                    watch.latent(&latent);
-                    latent
+                    self.run(chunks[k], encoded, still, mask, &clean, link, state.take(), watch)?
                 }
             };
             made = Some(match (&made, backward) {
@@ -193,12 +207,12 @@ impl<'a> Clip<'a> {
                 (Some(made), true) => join(&latent, made),
                 (Some(made), false) => join(made, &latent),
             });
-            if let Some(report) = self.report.chunks.last_mut() {
+            if let Some(report) = self.report.chunks.last_mut().filter(|_| done >= finished.len()) {
                 report.wall_s = since.elapsed().as_secs_f64();
             }
         }
         let made = made.ok_or_else(|| FlowError::Input("the driving video has no frames".into()))?;
-        let mut frames = from_tensor(&self.model.decode(&join(&clean, &made), &self.interrupt.flag())?);
+        let mut frames = self.decode(&join(&clean, &made))?;
         frames.truncate(self.driving.frames.len());
         Ok(frames)
     }
@@ -242,7 +256,19 @@ impl<'a> Clip<'a> {
         let Settings { act, tau, iterations, gamma, beta, sde, solver, start, seed, noise, .. } = *self.settings;
         let sigma = schedule.sigma(tau).value();
         let rule = SdeRule::new(sde, gamma, sigma, beta, soft)?;
-        (self.report.sigma, self.report.beta) = (sigma, rule.beta.unwrap_or(physvideo::flow::paper_beta(sigma)));
+        let beta = rule.beta.unwrap_or(physvideo::flow::paper_beta(sigma));
+        let two = match velocity.guidance {
+            Guidance::Cfg { scale, .. } => {
+                Some((self.settings.guidance.unwrap_or(scale), self.settings.inversion_guidance))
+            }
+            _ => None,
+        };
+        // A scale of 1 is the conditional prediction itself; both branches are made ready when either needs them.
+        let asked = match two {
+            Some((1.0, inversion)) => Some(inversion),
+            Some((guidance, _)) => Some(guidance),
+            None => self.settings.guidance,
+        };
         let inputs = self.model.condition(
             Conditioning {
                 grid,
@@ -250,15 +276,14 @@ impl<'a> Clip<'a> {
                 image_frame: Some(to_tensor(self.driving.size, &[link.image])),
                 history: link.history.cloned(),
                 padding: link.padding,
-                guidance: self.settings.guidance,
+                guidance: asked,
                 embeddings: self.settings.embeddings[0].clone(),
                 negative: self.settings.embeddings[1].clone(),
             },
             &self.interrupt.flag(),
         )?;
-        // A scale of 1 is the conditional prediction itself.
-        let two = |scale: f64| inputs.cfg().map(|_| scale).filter(|s| *s != 1.0);
-        let (guidance, inversion_guidance) = (inputs.cfg().and_then(two), two(self.settings.inversion_guidance));
+        let (guidance, inversion_guidance) =
+            (two.map(|t| t.0).filter(|s| *s != 1.0), two.map(|t| t.1).filter(|s| *s != 1.0));
         let stream = if noise == Noise::Shared { 0 } else { link.stream as u32 };
         let task = Task {
             act,
@@ -277,8 +302,16 @@ impl<'a> Clip<'a> {
         let flag = self.interrupt.flag();
         let mut network = Network::new(self.model, velocity, inputs, &flag);
         let outcome = phi_cf(self.gpu, &mut network, &task, &guide, state.as_ref(), watch)?;
-        self.report.chunks.push(report(at, &outcome, act, &guide));
-        Ok(Tensor { shape: encoded.shape, data: outcome.latent })
+        let report = ChunkReport { sigma, beta, ..report(at, &outcome, act, &guide) };
+        let latent = Tensor { shape: encoded.shape, data: outcome.latent };
+        watch.latent(&latent, &report);
+        self.report.chunks.push(report);
+        Ok(latent)
+    }
+
+    fn again(&mut self, finished: &Finished) -> Tensor {
+        self.report.chunks.push(finished.report.clone());
+        finished.latent.clone()
     }
 
     fn separate(&self) -> bool {
@@ -297,7 +330,15 @@ impl<'a> Clip<'a> {
     }
 
     fn encode(&mut self, frames: &[&[u8]]) -> Result<Tensor, FlowError> {
-        Ok(self.model.encode(&to_tensor(self.driving.size, frames), &self.interrupt.flag())?)
+        let what = || format!("{} frames", frames.len());
+        let latent = self.model.encode(&to_tensor(self.driving.size, frames), &self.interrupt.flag());
+        finite("encode", latent, what)
+    }
+
+    fn decode(&mut self, latent: &Tensor) -> Result<Vec<Vec<u8>>, FlowError> {
+        let what = || format!("{} latents", latent.shape[1]);
+        let frames = self.model.decode(latent, &self.interrupt.flag());
+        Ok(from_tensor(&finite("decode", frames, what)?))
     }
 
     /// The background standing still for as long as a chunk: z^bg.
@@ -336,16 +377,34 @@ struct Link<'a> {
     image: &'a [u8],
 }
 
+/// What a codec gave, when all of it are numbers.
+fn finite(
+    network: &'static str,
+    given: Result<Tensor, NetError>,
+    what: impl Fn() -> String,
+) -> Result<Tensor, FlowError> {
+    let tensor = match given {
+        Err(e) if e.kind() == Kind::Interrupted => {
+            return Err(FlowError::Interrupted { at: format!("the network `{network}`"), kept: true });
+        }
+        given => given?,
+    };
+    match tensor.data.iter().filter(|x| !x.is_finite()).count() {
+        0 => Ok(tensor),
+        count => Err(FlowError::CodecNotFinite { network, count, what: what() }),
+    }
+}
+
 fn report(at: Stretch, outcome: &Outcome, act: Act, guide: &Guide) -> ChunkReport {
-    let inside = guide.mask.iter().map(|m| f64::from(*m)).sum::<f64>() / guide.mask.len().max(1) as f64;
+    let weights = updated(act, guide);
     ChunkReport {
         frames: [at.first, at.first + at.frames - 1],
         nfe: outcome.nfe,
-        wall_s: 0.0,
         network_s: outcome.network_s,
         arithmetic_s: outcome.arithmetic_s,
         latent_s: outcome.latent_s,
         rms: outcome.stats.iter().map(|s: &LatentStats| s.rms).collect(),
-        updated: if act == Act::Animate { inside } else { 1.0 - inside },
+        updated: weights.iter().map(|w| f64::from(*w)).sum::<f64>() / weights.len().max(1) as f64,
+        ..ChunkReport::default()
     }
 }

@@ -23,7 +23,7 @@ mod velocity;
 
 pub use algorithm::{Guide, Outcome, Phase, State, Task, Watch, phi_cf};
 pub use checkpoint::Checkpoint;
-pub use clip::{ChunkReport, Clip, ClipReport, ClipWatch};
+pub use clip::{ChunkReport, Clip, ClipReport, ClipWatch, Finished};
 pub use model::{FlowModel, NetChoice};
 pub use network::Network;
 pub use outlook::Outlook;

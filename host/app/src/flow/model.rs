@@ -3,8 +3,12 @@
 
 use std::path::PathBuf;
 
-use physvideo::scene::Flow;
-use physvideo_net::{Embeddings, LibraryChoice, Manifest, Model, OpenOptions, Provider, Runtime, StepIndex};
+use physvideo::flow::SdeRule;
+use physvideo::scene::{Continuation, Flow, Pool, Problem};
+use physvideo_net::{
+    Embeddings, Grid, Guidance, Kind, LibraryChoice, Manifest, Model, OpenOptions, Provider, Runtime, Schedule,
+    ScheduleSpec, Source as NetSource, StepIndex,
+};
 
 use super::settings::Settings;
 use super::stage::pool_of;
@@ -81,24 +85,98 @@ pub fn open(
 ) -> Result<FlowModel, AppError> {
     let manifest = Manifest::read(&folder(loaded, flow, choice)?)?;
     let size = size(flow, &manifest, frames)?;
-    let mut notes = Vec::new();
-    let file = |key: &str, path: &Option<PathBuf>| -> Result<Option<Embeddings>, AppError> {
-        let Some(path) = path else { return Ok(None) };
-        Ok(Some(Embeddings::read(&loaded.resolve_at(key, path)?)?))
-    };
-    let embeddings =
-        [file("flow.embeddings", &flow.embeddings)?, file("flow.negative_embeddings", &flow.negative_embeddings)?];
-    if !flow.prompt.is_empty() && embeddings[0].is_none() {
-        notes.push("flow.prompt is kept in the report only: networks read flow.embeddings".into());
-    }
+    let embeddings = embeddings(loaded, flow, &manifest)?;
+    let notes = idle(flow, &manifest);
     let settings = settings(flow, &manifest, embeddings, loaded.scene.seed)?;
     let library = LibraryChoice { path: choice.library.clone(), provider: choice.provider, threads: None };
     let runtime = Runtime::load(&library)?;
     let flag = interrupt.flag();
     let roles = manifest.for_clips();
     let options = OpenOptions { roles: &roles, available_memory: host_memory(), cancel: Some(&flag) };
-    let model = Model::open(&runtime, manifest, &options)?;
+    let model = Model::open(&runtime, manifest, &options).map_err(|e| match e.kind() {
+        Kind::Interrupted => FlowError::Interrupted { at: "loading the network".into(), kept: false },
+        _ => FlowError::Net(e),
+    })?;
     Ok(FlowModel { model, settings, size, notes })
+}
+
+/// Arrays that the velocity network reads from embeddings, and whether each may be absent.
+fn read_arrays(manifest: &Manifest) -> Vec<(&str, bool)> {
+    let inputs = manifest.velocity.iter().flat_map(|v| &v.inputs);
+    inputs
+        .filter_map(|input| match &input.source {
+            NetSource::Embedding { key, optional_zeros } => Some((key.as_str(), optional_zeros.is_some())),
+            _ => None,
+        })
+        .collect()
+}
+
+/// The scene's embedding files, each with the arrays that the model reads and no others.
+///
+/// # Errors
+/// A file that cannot be read, at its key; arrays the model does not know; one it needs and nobody gives.
+pub(super) fn embeddings(
+    loaded: &Loaded,
+    flow: &Flow,
+    manifest: &Manifest,
+) -> Result<[Option<Embeddings>; 2], AppError> {
+    let wanted = read_arrays(manifest);
+    let problem = |key: &str, text: String| loaded.locate(vec![Problem::new(physvideo::scene::Kind::Path, key, text)]);
+    let file = |key: &str, path: &Option<PathBuf>| -> Result<Option<Embeddings>, AppError> {
+        let Some(path) = path else { return Ok(None) };
+        let read = Embeddings::read(&loaded.resolve_at(key, path)?).map_err(|e| problem(key, e.to_string()))?;
+        let unknown = read.keys().find(|k| !wanted.iter().any(|(w, _)| w == k)).map(str::to_owned);
+        match unknown {
+            None => Ok(Some(read)),
+            Some(unknown) => {
+                let known: Vec<&str> = wanted.iter().map(|w| w.0).collect();
+                let reads = if known.is_empty() { "no embeddings".into() } else { known.join(", ") };
+                let text = format!("it holds `{unknown}`, and model {} reads {reads}", manifest.name);
+                Err(problem(key, text))
+            }
+        }
+    };
+    let both =
+        [file("flow.embeddings", &flow.embeddings)?, file("flow.negative_embeddings", &flow.negative_embeddings)?];
+    let own = manifest.velocity.as_ref().is_some_and(|v| v.embeddings.is_some());
+    let given = |key: &str| both[0].as_ref().is_some_and(|e| e.keys().any(|k| k == key));
+    match wanted.iter().find(|(key, optional)| !optional && !own && !given(key)) {
+        None => Ok(both),
+        Some((key, _)) => {
+            let text = format!("model {} needs the array `{key}`, and no file gives it", manifest.name);
+            Err(problem("flow.embeddings", text))
+        }
+    }
+}
+
+/// Keys of the scene that this model has no use for.
+pub(super) fn idle(flow: &Flow, manifest: &Manifest) -> Vec<String> {
+    let guidance = manifest.velocity.as_ref().map(|v| &v.guidance);
+    let two = matches!(guidance, Some(Guidance::Cfg { .. }));
+    let model = &manifest.name;
+    let mut notes = Vec::new();
+    let mut note = |when: bool, text: String| {
+        if when {
+            notes.push(text);
+        }
+    };
+    note(
+        !flow.prompt.is_empty() && flow.embeddings.is_none(),
+        "flow.prompt is kept in the report only: networks read flow.embeddings".into(),
+    );
+    note(
+        flow.guidance.is_some() && matches!(guidance, Some(Guidance::None)),
+        format!("flow.guidance has no effect: model {model} takes none"),
+    );
+    note(
+        flow.inversion_guidance != 1.0 && !two,
+        format!("flow.inversion_guidance has no effect: model {model} is not guided by two predictions"),
+    );
+    note(
+        flow.continuation != Continuation::default() && manifest.chunk.history > 0,
+        format!("flow.continuation has no effect: chunks of model {model} see their neighbours' latents"),
+    );
+    notes
 }
 
 /// The decimal that the scene's f32 was written as: 0.2, not 0.200000003.
@@ -106,17 +184,34 @@ fn decimal(number: f32) -> f64 {
     number.to_string().parse().unwrap_or(f64::from(number))
 }
 
-/// Refuses a step of the SDE beyond the schedule.
-pub(super) fn check_steps(flow: &Flow, manifest: &Manifest) -> Result<(), FlowError> {
+/// Steps of the schedule and the one at which the SDE runs.
+///
+/// # Errors
+/// A step beyond the schedule, or a model without one.
+pub(super) fn steps(flow: &Flow, manifest: &Manifest) -> Result<(usize, StepIndex), FlowError> {
     let missing = || FlowError::Input(format!("model {} has no velocity network", manifest.name));
     let all = flow.steps.map_or(manifest.velocity.as_ref().ok_or_else(missing)?.schedule.steps, |s| s as usize);
-    if flow.tau_step as usize <= all {
-        return Ok(());
+    let tau = flow.tau_of(all);
+    if tau <= all {
+        return Ok((all, StepIndex(tau)));
     }
     Err(FlowError::Input(format!(
-        "flow.tau_step {} is beyond the {all} steps of the model's schedule: lower it, or set flow.steps",
-        flow.tau_step
+        "flow.tau_step {tau} is beyond the {all} steps of the model's schedule: lower it, or set flow.steps"
     )))
+}
+
+/// The SDE's integrator at the noise level of a grid of latents.
+///
+/// # Errors
+/// What of it does not go together.
+pub(super) fn rule(flow: &Flow, manifest: &Manifest, grid: Grid) -> Result<SdeRule, FlowError> {
+    let (all, tau) = steps(flow, manifest)?;
+    let missing = || FlowError::Input(format!("model {} has no velocity network", manifest.name));
+    let spec = &manifest.velocity.as_ref().ok_or_else(missing)?.schedule;
+    let schedule = Schedule::new(&ScheduleSpec { steps: all, ..spec.clone() }, grid)?;
+    let soft = pool_of(flow).0 == Pool::Share;
+    let sigma = schedule.sigma(tau).value();
+    Ok(SdeRule::new(flow.sde, decimal(flow.gamma), sigma, flow.beta.map(decimal), soft)?)
 }
 
 fn settings(
@@ -125,13 +220,12 @@ fn settings(
     embeddings: [Option<Embeddings>; 2],
     seed: u64,
 ) -> Result<Settings, FlowError> {
-    check_steps(flow, manifest)?;
+    let (_, tau) = steps(flow, manifest)?;
     let (pool, reach) = pool_of(flow);
-    let steps = flow.steps.map(|s| s as usize);
     Ok(Settings {
         act: flow.act,
-        steps,
-        tau: StepIndex(flow.tau_step as usize),
+        steps: flow.steps.map(|s| s as usize),
+        tau,
         iterations: flow.iterations,
         gamma: decimal(flow.gamma),
         beta: flow.beta.map(decimal),

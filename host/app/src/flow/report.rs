@@ -34,7 +34,7 @@ pub struct FlowReport {
     pub settings: Flow,
     /// Size of its frames [px].
     pub size: [u32; 2],
-    /// Whether it went on from a checkpoint; evaluations of the earlier run are not counted again.
+    /// Whether it went on from a checkpoint; what the earlier run did is counted, but for its wall time.
     pub resumed: bool,
     /// Evaluations of v_θ in inversion, SDE and generation, and in all.
     pub nfe: Nfe,

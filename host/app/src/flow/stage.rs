@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 
 use super::algorithm::{Phase, State, Watch};
 use super::checkpoint::Checkpoint;
-use super::clip::{Clip, ClipReport, ClipWatch};
+use super::clip::{ChunkReport, Clip, ClipReport, ClipWatch, Finished};
 use super::model::FlowModel;
 use super::pixels::{Driving, Pixels, scale_mask};
 use super::settings::Settings;
@@ -136,20 +136,39 @@ impl FlowRun {
         };
         let clip = Clip::new(gpu, &mut self.model, &self.driving, &self.settings, interrupt);
         let ended = clip.make(&finished, state, &mut keeper);
-        if let Some(bar) = keeper.bar.take() {
+        if let Some(bar) = keeper.bar.take().filter(|_| ended.is_ok()) {
             bar.finish();
         }
-        if let Some(failed) = keeper.failed.take() {
+        let failed = keeper.failed.take();
+        if let Some(failed) = &failed {
             self.notes.push(format!("the checkpoint could not be written: {failed}"));
         }
-        Ok(ended?)
+        match ended {
+            Err(FlowError::Interrupted { at, kept }) => {
+                Err(FlowError::Interrupted { at, kept: kept && failed.is_none() }.into())
+            }
+            Err(e) => Err(e.into()),
+            Ok((frames, report)) => {
+                if self.settings.iterations > 0 && report.chunks.iter().all(|c| c.updated == 0.0) {
+                    self.notes.push("the SDE updated nothing: the masks leave no cell to it".into());
+                }
+                Ok((frames, report))
+            }
+        }
     }
 
     /// Everything that the frames depend on.
     fn fingerprint(&self) -> String {
         let mut hash = Sha256::new();
         hash.update(format!("{:?} {:?} {:?}", self.settings, self.driving.size, self.flow.noise));
-        hash.update(format!("{:?}", self.model.manifest()));
+        hash.update(concat!(env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION")));
+        let manifest = self.model.manifest();
+        hash.update(format!("{manifest:?}"));
+        for file in manifest.files() {
+            // Manifests need not say hashes: another file of the same name is told by its size and date.
+            let meta = std::fs::metadata(manifest.folder.join(&file.file));
+            hash.update(format!("{:?}", meta.map(|m| (m.len(), m.modified().ok())).ok()));
+        }
         let d = &self.driving;
         for bytes in d.frames.iter().chain(&d.masks).chain([&d.image, &d.background]) {
             hash.update((bytes.len() as u64).to_le_bytes());
@@ -197,7 +216,7 @@ impl Watch for Keeper<'_> {
             }));
         }
         if self.interrupt.asked() {
-            return Err(FlowError::Interrupted { at: format!("{phase} after step {done}") });
+            return Err(FlowError::Interrupted { at: format!("{phase} after step {done}"), kept: true });
         }
         if self.saved.elapsed() >= SAVE_EVERY {
             self.kept.state = Some(state()?);
@@ -221,8 +240,8 @@ impl ClipWatch for Keeper<'_> {
         self.bar = Some(self.progress.task(&format!("flow, chunk {} of {count}", index + 1), total));
     }
 
-    fn latent(&mut self, latent: &Tensor) {
-        self.kept.finished.push(latent.clone());
+    fn latent(&mut self, latent: &Tensor, report: &ChunkReport) {
+        self.kept.finished.push(Finished { latent: latent.clone(), report: report.clone() });
         self.kept.state = None;
         self.save();
     }

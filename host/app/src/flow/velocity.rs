@@ -34,12 +34,11 @@ pub enum FlowError {
     Sde(#[from] SdeError),
     /// A network's prediction is not a number.
     #[error(
-        "{network} gave {count} values that are not finite, the first at element {first}, in {at} at noise level \
-         σ = {sigma:.4}. Lower flow.gamma or flow.guidance, or check the network's export (`physvideo-engine models check`)"
+        "the velocity network gave {count} values that are not finite, the first at element {first}, in {at} at noise \
+         level σ = {sigma:.4}. Lower flow.gamma or flow.guidance, look for NaN in flow.embeddings, or export the network \
+         in a wider type"
     )]
     NotFinite {
-        /// Which network.
-        network: &'static str,
         /// How many values.
         count: usize,
         /// Index of the first.
@@ -48,6 +47,19 @@ pub enum FlowError {
         at: String,
         /// Noise level.
         sigma: f64,
+    },
+    /// An encoder or a decoder gave what is not a number.
+    #[error(
+        "the network `{network}` gave {count} values that are not finite, for {what}. Export it in a wider type (half \
+         precision overflows in some decoders)"
+    )]
+    CodecNotFinite {
+        /// Its role.
+        network: &'static str,
+        /// How many values.
+        count: usize,
+        /// Which frames.
+        what: String,
     },
     /// The latent grew beyond numbers, as it does above the stability limit of γ.
     #[error(
@@ -65,19 +77,27 @@ pub enum FlowError {
         limit: f64,
     },
     /// The user stopped it.
-    #[error("interrupted in {at}; the latent of the last finished step is kept, and the same command goes on from it")]
+    #[error("interrupted in {at}; {}", if *kept {
+        "what was finished of the flow is kept, and the same command goes on from it"
+    } else {
+        "nothing of the flow could be kept"
+    })]
     Interrupted {
         /// Phase and step.
         at: String,
+        /// Whether there is a checkpoint.
+        kept: bool,
     },
     /// What the scene asks for does not fit the model.
     #[error("{0}")]
     Input(String),
     /// More memory than there is.
     #[error(
-        "the run needs about {need} bytes of device memory with its flow, and {available} are available. Lower flow.size"
+        "the run needs about {need} bytes of {of} memory with its flow, and {available} are available. Lower flow.size"
     )]
     Memory {
+        /// `device` or `host`.
+        of: &'static str,
         /// Bytes predicted.
         need: u64,
         /// Bytes available.

@@ -2,11 +2,13 @@
 
 use std::time::Instant;
 
+use physvideo::scene::Output;
 use physvideo_gpu::Gpu;
 
 use super::Clip;
 use crate::cli::RunOptions;
 use crate::commands::print;
+use crate::device::host_memory;
 use crate::error::AppError;
 use crate::flow::{Checkpoint, FlowError, FlowReport, FlowRun, NetChoice, Outlook, Source, model};
 use crate::interrupt::Interrupt;
@@ -37,16 +39,32 @@ impl Clip<'_> {
         if let Some(outlook) = Outlook::new(loaded, &choice, frames, count)? {
             let memory = &mut self.report.memory;
             memory.predicted += outlook.latent_bytes;
-            if memory.predicted > memory.available {
-                return Err(FlowError::Memory { need: memory.predicted, available: memory.available }.into());
+            let (need, available) = (memory.predicted, memory.available);
+            if need > available {
+                return Err(FlowError::Memory { of: "device", need, available }.into());
             }
+            let need = outlook.frame_bytes + outlook.network_bytes;
+            if let Some(available) = host_memory().filter(|available| need > *available) {
+                return Err(FlowError::Memory { of: "host", need, available }.into());
+            }
+            self.report.warnings.extend(outlook.notes);
         }
         let opened = model::open(loaded, flow, &choice, frames, interrupt)?;
+        if self.plan.runs("encode") {
+            // First, because it may refuse a size.
+            let (width, height) = opened.size;
+            let fps = f64::from(self.report.fps);
+            self.flow_video = Some(EncoderThread::spawn(&self.out.join(FLOW_VIDEO), width, height, fps)?);
+        }
         let mut run = FlowRun::new(self.scene, flow, opened, self.out, options.fresh);
         if let Some(source) = &source {
             run.take(source);
             self.report.size = Some([frames.0, frames.1]);
-            self.report.frames_asked = source.frames.len() as u32;
+            let (asked, there) = (self.scene.output.frames, source.frames.len() as u32);
+            if asked > there && asked != Output::default().frames {
+                self.report.warnings.push(format!("{asked} frames were asked for, and flow.input.frames has {there}"));
+            }
+            self.report.frames_asked = asked.min(there);
         }
         self.flow = Some(run);
         Ok(())
@@ -71,10 +89,7 @@ impl Clip<'_> {
         let since = Instant::now();
         let (width, height) = run.size();
         create_folder(&self.out.join("flow"))?;
-        let mut encoder = match self.plan.runs("encode") {
-            true => Some(EncoderThread::spawn(&self.out.join(FLOW_VIDEO), width, height, f64::from(self.report.fps))?),
-            false => None,
-        };
+        let mut encoder = self.flow_video.take();
         for (frame, rgb) in frames.into_iter().enumerate() {
             let path = self.out.join("flow").join(numbered(frame as u32, "png"));
             write_png(&path, width, height, &rgb)?;
