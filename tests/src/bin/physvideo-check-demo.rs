@@ -97,8 +97,8 @@ fn check(scene: &Path, out: &Path) -> Result<bool, String> {
     Ok(!table.missed)
 }
 
-/// Least mean likeness of the flow's frames to the drawn ones [dB]: noise of the same colours has about 9, a flipped
-/// sign or mask at the scene's noise level below 18, the network 27. How good it is, is told by its card, not here.
+/// Least mean likeness of the flow's frames to the drawn ones [dB]: noise of the same colours has about 9, the
+/// network that ships 27 at the scene's low noise level. How good it is, is told by its card, not here.
 const ALIKE: f64 = 20.0;
 
 /// The frames after the network.
