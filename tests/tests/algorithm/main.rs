@@ -44,6 +44,24 @@ fn every_way_of_running_is_the_papers_algorithm() {
     assert_eq!(gpu.messages(), Vec::<String>::new());
 }
 
+/// Weights between 0 and 1 scale γ cell by cell; β goes with both integrators that are linear in it.
+#[test]
+fn soft_masks_and_beta_are_the_papers_algorithm_too() {
+    let gpu = device::gpu();
+    for act in [Act::Animate, Act::Reconstruct] {
+        for (sde, beta) in
+            [(Sde::EulerMaruyama, None), (Sde::LeimkuhlerMatthews, None), (Sde::LeimkuhlerMatthews, Some(0.3))]
+        {
+            let case = Case { act, sde, beta, soft: true, ..Case::default() };
+            let got = run(&gpu, &case, &mut Field::new(&case)).unwrap();
+            let apart = largest(&got.latent, &paper::algorithm_1(&case));
+            assert!(apart < ROUNDING, "{case:?}: {apart}");
+            let hard = paper::algorithm_1(&Case { soft: false, ..case });
+            assert!(largest(&got.latent, &hard) > 20.0 * ROUNDING);
+        }
+    }
+}
+
 /// The test above can fail: each of the paper's choices matters more than rounding.
 #[test]
 fn the_paper_told_otherwise_is_told_apart() {

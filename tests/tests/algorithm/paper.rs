@@ -34,16 +34,19 @@ pub fn algorithm_1(case: &Case) -> Vec<f64> {
             let noisy = (1.0 - tau) * base + tau * noise(0, 0, i);
             match case.start {
                 _ if held(i) => z[i],
-                Start::Inversion => m(i) * inverted[i] + (1.0 - m(i)) * noisy,
+                // A soft mask takes the larger side here: a mixture of two independent noises would be too narrow.
+                Start::Inversion if m(i) >= 0.5 => inverted[i],
+                Start::Inversion => noisy,
                 Start::Forward => noisy,
             }
         })
         .collect();
     // Lines 9–13.
-    let g = case.gamma;
     for k in 0..case.iterations {
         let v = velocity(case, &now, tau, case.guidance);
-        let hat = |i: usize| {
+        // γ d for a cell of weight d, in the drift and in the noise's variance.
+        let hat = |i: usize, d: f64| {
+            let g = case.gamma * d;
             let (z_i, e) = (now[i], noise(1, k, i));
             let beta = case.beta.unwrap_or((1.0 - tau) / tau);
             // Eq. (general_sde) with v_ε = (μ − z)/τ, μ the encoded latent; eq. 5 at the paper's β.
@@ -66,8 +69,9 @@ pub fn algorithm_1(case: &Case) -> Vec<f64> {
         now = (0..n)
             .map(|i| match case.act {
                 _ if held(i) => now[i],
-                Act::Reconstruct => m(i) * now[i] + (1.0 - m(i)) * hat(i),
-                Act::Animate => m(i) * hat(i) + (1.0 - m(i)) * now[i],
+                Act::Reconstruct if m(i) < 1.0 => hat(i, 1.0 - m(i)),
+                Act::Animate if m(i) > 0.0 => hat(i, m(i)),
+                _ => now[i],
             })
             .collect();
     }

@@ -26,6 +26,8 @@ pub struct Case {
     pub inversion_guidance: Option<f64>,
     pub prediction: Prediction,
     pub held: bool,
+    /// Weights between 0 and 1.
+    pub soft: bool,
     pub channels: usize,
     pub frames: usize,
     pub height: usize,
@@ -48,6 +50,7 @@ impl Default for Case {
             inversion_guidance: None,
             prediction: Prediction::EpsMinusX0,
             held: false,
+            soft: false,
             channels: 4,
             frames: 3,
             // Cells are no multiple of 4: lanes of four elements straddle channels.
@@ -81,7 +84,10 @@ impl Case {
         let mut random = Random::new(99);
         let mut numbers = |n: usize| -> Vec<f32> { (0..n).map(|_| random.range(-1.5, 1.5)).collect() };
         let (encoded, background) = (numbers(self.elements()), numbers(self.elements()));
-        let mask = numbers(self.cells()).iter().map(|x| f32::from(u8::from(*x > 0.0))).collect();
+        let weight = |x: &f32| {
+            if self.soft { (2.0 * x).floor().clamp(-2.0, 2.0) / 4.0 + 0.5 } else { f32::from(u8::from(*x > 0.0)) }
+        };
+        let mask = numbers(self.cells()).iter().map(weight).collect();
         let first = self.height * self.width;
         let held = self.held.then(|| (0..self.cells()).map(|i| f32::from(u8::from(i < first))).collect());
         Guide { encoded, background, mask, held }
@@ -191,7 +197,7 @@ pub fn run_from(
         act: case.act,
         schedule: &schedule,
         tau,
-        rule: SdeRule::new(case.sde, case.gamma, schedule.sigma(tau).value(), case.beta, false)?,
+        rule: SdeRule::new(case.sde, case.gamma, schedule.sigma(tau).value(), case.beta, case.soft)?,
         iterations: case.iterations,
         solver: case.solver,
         start: case.start,

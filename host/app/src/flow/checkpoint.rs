@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::algorithm::{Outcome, Phase, State};
-use super::clip::{ChunkReport, Finished};
+use super::chunk_report::{ChunkReport, Finished};
 use crate::io::WriteError;
 use crate::io::write::write_whole;
 

@@ -3,16 +3,15 @@
 use std::time::Instant;
 
 use physvideo::flow::SdeRule;
-use physvideo::scene::{Act, Continuation, Noise, Pool};
-use physvideo::stages::latent::LatentStats;
+use physvideo::scene::{Continuation, Noise, Pool};
 use physvideo::stages::latent::mask::{Pooling, pool};
 use physvideo_gpu::Gpu;
 use physvideo_net::{
     Conditioning, Direction, FirstLatent, Grid, Guidance, Kind, Model, NetError, Schedule, Tensor, VelocitySpec,
 };
-use serde::{Deserialize, Serialize};
 
-use super::algorithm::{Guide, Outcome, State, Task, Watch, phi_cf, updated};
+use super::algorithm::{Guide, State, Task, Watch, phi_cf};
+use super::chunk_report::{ChunkReport, ClipReport, Finished};
 use super::chunks::{Stretch, padding, stretches};
 use super::network::Network;
 use super::pixels::{Driving, from_tensor, to_tensor};
@@ -21,57 +20,12 @@ use super::time::{join, replace_first, slice};
 use super::velocity::FlowError;
 use crate::interrupt::Interrupt;
 
-/// What was done to a chunk.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct ChunkReport {
-    /// First and last frame.
-    pub frames: [usize; 2],
-    /// Evaluations of v_θ: inversion, SDE, generation.
-    pub nfe: [u32; 3],
-    /// Wall time of the chunk, encoding and decoding included [s].
-    pub wall_s: f64,
-    /// Wall time inside the velocity network [s].
-    pub network_s: f64,
-    /// Time of the latent's arithmetic by the device's own clock [s].
-    pub arithmetic_s: f64,
-    /// Wall time of that arithmetic with handing it over and waiting for it [s].
-    pub latent_s: f64,
-    /// Root mean square of the latent before the SDE and after each of its iterations (the paper's norm / √elements).
-    pub rms: Vec<f64>,
-    /// Share of cells that the SDE updated.
-    pub updated: f64,
-    /// Noise level σ of the SDE.
-    pub sigma: f64,
-    /// β used.
-    pub beta: f64,
-}
-
-/// What was done to a clip.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct ClipReport {
-    /// Noise level σ of the SDE.
-    pub sigma: f64,
-    /// β used.
-    pub beta: f64,
-    /// The chunks, in order of running.
-    pub chunks: Vec<ChunkReport>,
-}
-
 /// Told of what a clip does.
 pub trait ClipWatch: Watch {
     /// Chunk `index` of `count` begins.
     fn chunk(&mut self, index: usize, count: usize);
     /// Its latent is finished.
     fn latent(&mut self, latent: &Tensor, report: &ChunkReport);
-}
-
-/// A chunk that an earlier run finished.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Finished {
-    /// z*.
-    pub latent: Tensor,
-    /// What was done.
-    pub report: ChunkReport,
 }
 
 /// A clip in the making.
@@ -302,7 +256,7 @@ impl<'a> Clip<'a> {
         let flag = self.interrupt.flag();
         let mut network = Network::new(self.model, velocity, inputs, &flag);
         let outcome = phi_cf(self.gpu, &mut network, &task, &guide, state.as_ref(), watch)?;
-        let report = ChunkReport { sigma, beta, ..report(at, &outcome, act, &guide) };
+        let report = ChunkReport::new(at, &outcome, act, &guide, (sigma, beta));
         let latent = Tensor { shape: encoded.shape, data: outcome.latent };
         watch.latent(&latent, &report);
         self.report.chunks.push(report);
@@ -392,19 +346,5 @@ fn finite(
     match tensor.data.iter().filter(|x| !x.is_finite()).count() {
         0 => Ok(tensor),
         count => Err(FlowError::CodecNotFinite { network, count, what: what() }),
-    }
-}
-
-fn report(at: Stretch, outcome: &Outcome, act: Act, guide: &Guide) -> ChunkReport {
-    let weights = updated(act, guide);
-    ChunkReport {
-        frames: [at.first, at.first + at.frames - 1],
-        nfe: outcome.nfe,
-        network_s: outcome.network_s,
-        arithmetic_s: outcome.arithmetic_s,
-        latent_s: outcome.latent_s,
-        rms: outcome.stats.iter().map(|s: &LatentStats| s.rms).collect(),
-        updated: weights.iter().map(|w| f64::from(*w)).sum::<f64>() / weights.len().max(1) as f64,
-        ..ChunkReport::default()
     }
 }

@@ -8,6 +8,7 @@
 
 mod algorithm;
 mod checkpoint;
+mod chunk_report;
 mod chunks;
 mod clip;
 pub mod model;
@@ -23,7 +24,8 @@ mod velocity;
 
 pub use algorithm::{Guide, Outcome, Phase, State, Task, Watch, phi_cf};
 pub use checkpoint::Checkpoint;
-pub use clip::{ChunkReport, Clip, ClipReport, ClipWatch, Finished};
+pub use chunk_report::{ChunkReport, ClipReport, Finished};
+pub use clip::{Clip, ClipWatch};
 pub use model::{FlowModel, NetChoice};
 pub use network::Network;
 pub use outlook::Outlook;

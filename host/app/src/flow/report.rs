@@ -3,7 +3,7 @@
 use physvideo::scene::Flow;
 use serde::Serialize;
 
-use super::clip::ClipReport;
+use super::chunk_report::ClipReport;
 
 /// The paper's run times on one RTX 3090 (supplement, inference-time analysis).
 const PAPER: Paper = Paper { overhead_s: 78.0, chunk_s: 258.0, nfe: 50, seconds_per_nfe: 5.1629 };
@@ -129,7 +129,7 @@ fn time(seconds: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::flow::clip::ChunkReport;
+    use crate::flow::ChunkReport;
 
     #[test]
     fn evaluations_are_counted_by_phase_and_shares_follow() {

@@ -13,7 +13,8 @@ use sha2::{Digest, Sha256};
 
 use super::algorithm::{Phase, State, Watch};
 use super::checkpoint::Checkpoint;
-use super::clip::{ChunkReport, Clip, ClipReport, ClipWatch, Finished};
+use super::chunk_report::{ChunkReport, ClipReport, Finished};
+use super::clip::{Clip, ClipWatch};
 use super::model::FlowModel;
 use super::pixels::{Driving, Pixels, scale_mask};
 use super::settings::Settings;
