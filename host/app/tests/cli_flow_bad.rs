@@ -147,7 +147,9 @@ fn keys_without_effect_are_said() {
         "steps = 4\ntau_step = 3\niterations = 2\nguidance = 6.0\ninversion_guidance = 2.0\nprompt = 'two balls'";
     scene(&folder, keys, "frames = 'clip/frames'", 5);
     let said = ["flow.guidance has no effect", "flow.inversion_guidance has no effect", "flow.prompt is kept"];
-    folder.run(&["--scene", "scene.toml", "--out", "out", "--model", "model"]).expect(0, &said);
+    let run = folder.run(&["--scene", "scene.toml", "--out", "out", "--model", "model"]);
+    run.expect(0, &said);
+    assert!(said.iter().all(|note| run.err.matches(note).count() == 1), "{}", run.err);
     let plan = folder.run(&["plan", "scene.toml", "--model", "model"]);
     assert!(said.iter().all(|note| plan.out.contains(note)), "{}", plan.out);
     // γ beyond what is stable for any data: σ of step 1 of 4 at shift 2.3 is 0.434.

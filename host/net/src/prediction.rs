@@ -51,6 +51,11 @@ impl Prediction {
         }
     }
 
+    /// Whether the velocity is the prediction but for a factor that no noise level changes.
+    pub fn is_plain(self) -> bool {
+        matches!(self, Self::EpsMinusX0 | Self::X0MinusEps)
+    }
+
     /// Whether the network is given z itself at every noise level.
     pub fn takes_z(self) -> bool {
         self != Self::VpV

@@ -133,7 +133,7 @@ impl Velocity for Field<'_> {
         &[0.25, -0.5, 0.75]
     }
     fn plain(&self) -> bool {
-        self.case.prediction != Prediction::VpV
+        self.case.prediction.is_plain()
     }
     fn coefficients(&self, sigma: Sigma) -> Coefficients {
         self.case.prediction.coefficients(sigma)

@@ -37,8 +37,6 @@ pub struct FlowModel {
     pub settings: Settings,
     /// Size of its frames [px].
     pub size: (u32, u32),
-    /// What a user should know.
-    pub notes: Vec<String>,
 }
 
 /// The folder of a scene's model.
@@ -86,7 +84,6 @@ pub fn open(
     let manifest = Manifest::read(&folder(loaded, flow, choice)?)?;
     let size = size(flow, &manifest, frames)?;
     let embeddings = embeddings(loaded, flow, &manifest)?;
-    let notes = idle(flow, &manifest);
     let settings = settings(flow, &manifest, embeddings, loaded.scene.seed)?;
     let library = LibraryChoice { path: choice.library.clone(), provider: choice.provider, threads: None };
     let runtime = Runtime::load(&library)?;
@@ -97,7 +94,7 @@ pub fn open(
         Kind::Interrupted => FlowError::Interrupted { at: "loading the network".into(), kept: false },
         _ => FlowError::Net(e),
     })?;
-    Ok(FlowModel { model, settings, size, notes })
+    Ok(FlowModel { model, settings, size })
 }
 
 /// Arrays that the velocity network reads from embeddings, and whether each may be absent.

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use physvideo_net::{Branch, Coefficients, Model, NetError, Prediction, Sigma, VelocityInputs, VelocitySpec};
+use physvideo_net::{Branch, Coefficients, Model, NetError, Sigma, VelocityInputs, VelocitySpec};
 
 use super::velocity::Velocity;
 
@@ -12,8 +12,6 @@ pub struct Network<'a> {
     inputs: VelocityInputs,
     spec: VelocitySpec,
     cancel: &'a AtomicBool,
-    /// Length of the latent itself.
-    elements: usize,
     tail: Vec<f32>,
 }
 
@@ -22,8 +20,7 @@ impl<'a> Network<'a> {
     pub fn new(model: &'a mut Model, spec: VelocitySpec, inputs: VelocityInputs, cancel: &'a AtomicBool) -> Self {
         // In place where the network reads its tensor as the device holds it; else the inputs are packed at each call.
         let tail = inputs.direct().map(|direct| direct.tail.to_vec()).unwrap_or_default();
-        let elements = inputs.len();
-        Self { model, inputs, spec, cancel, elements, tail }
+        Self { model, inputs, spec, cancel, tail }
     }
 }
 
@@ -33,7 +30,7 @@ impl Velocity for Network<'_> {
     }
 
     fn plain(&self) -> bool {
-        matches!(self.spec.prediction, Prediction::EpsMinusX0 | Prediction::X0MinusEps)
+        self.spec.prediction.is_plain()
     }
 
     fn coefficients(&self, sigma: Sigma) -> Coefficients {
@@ -41,9 +38,6 @@ impl Velocity for Network<'_> {
     }
 
     fn evaluate(&mut self, tensor: &[f32], sigma: Sigma, branch: Branch, out: &mut Vec<f32>) -> Result<(), NetError> {
-        // The tensor on the device is padded to whole quads behind a tail; the latent itself never is.
-        let length = self.elements + self.tail.len();
-        let tensor = tensor.get(..length).unwrap_or(tensor);
         self.model.evaluate(&self.inputs, tensor, sigma, branch, out, self.cancel)
     }
 }

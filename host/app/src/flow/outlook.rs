@@ -4,7 +4,7 @@ use physvideo::flow::stable_gamma;
 use physvideo::scene::{Flow, Pool, Sde, Solver, Start};
 use physvideo::stages::latent::mask::{Pooling, pooling_bytes};
 use physvideo::stages::latent::{LatentSetup, LatentSpace};
-use physvideo_net::{Grid, Guidance, Manifest, Prediction};
+use physvideo_net::{Grid, Guidance, Manifest};
 
 use super::chunks::stretches;
 use super::model::{self, NetChoice};
@@ -101,12 +101,11 @@ fn evaluations(flow: &Flow, manifest: &Manifest) -> Result<u64, FlowError> {
 
 fn setup(flow: &Flow, manifest: &Manifest, [c, t, h, w]: [usize; 4]) -> LatentSetup<'static> {
     let velocity = manifest.velocity.as_ref();
-    let plain = |p: Prediction| matches!(p, Prediction::EpsMinusX0 | Prediction::X0MinusEps);
     LatentSetup {
         elements: (c * t * h * w) as u64,
         cells: (t * h * w) as u64,
         guided: velocity.is_some_and(|v| matches!(v.guidance, Guidance::Cfg { .. })),
-        apart: velocity.is_some_and(|v| !plain(v.prediction)),
+        apart: velocity.is_some_and(|v| !v.prediction.is_plain()),
         history: flow.solver != Solver::Euler,
         ..LatentSetup::default()
     }

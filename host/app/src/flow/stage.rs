@@ -47,10 +47,11 @@ impl FlowRun {
     /// Takes an opened model; `frame` is the size of the frames that will come [px].
     pub fn new(scene: &Scene, flow: &Flow, opened: FlowModel, out: &Path, fresh: bool) -> Self {
         let moving = scene.objects.iter().map(|o| o.material.is_some()).collect();
-        let FlowModel { model, settings, size, notes } = opened;
+        let FlowModel { model, settings, size } = opened;
         let driving =
             Driving { size, frames: Vec::new(), masks: Vec::new(), image: Vec::new(), background: Vec::new() };
-        Self { flow: flow.clone(), model, settings, driving, moving, out: out.into(), fresh, resumed: false, notes }
+        let (flow, out, notes) = (flow.clone(), out.to_path_buf(), Vec::new());
+        Self { flow, model, settings, driving, moving, out, fresh, resumed: false, notes }
     }
 
     /// Size of the frames it makes [px].
