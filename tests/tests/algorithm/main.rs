@@ -117,6 +117,8 @@ fn guidance_combines_two_predictions() {
     let case = Case { guidance: Some(3.0), inversion_guidance: Some(1.5), ..Case::default() };
     let got = run(&gpu, &case, &mut Field::new(&case)).unwrap();
     assert!(largest(&got.latent, &paper::algorithm_1(&case)) < 3.0 * ROUNDING);
+    // An evaluation is two calls of the network then.
+    assert_eq!((got.nfe, got.calls), ([20, 10, 20], 100));
     let swapped = Case { guidance: Some(1.5), inversion_guidance: Some(3.0), ..case };
     assert!(largest(&got.latent, &paper::algorithm_1(&swapped)) > 20.0 * ROUNDING);
 }

@@ -110,6 +110,8 @@ pub struct Outcome {
     pub latent: Vec<f32>,
     /// Evaluations of v_θ in inversion, SDE and generation.
     pub nfe: [u32; 3],
+    /// Calls of the network: two for an evaluation with guidance by two predictions.
+    pub calls: u32,
     /// The latent after each iteration of the SDE (the paper's norm curve), that before the first in front.
     pub stats: Vec<LatentStats>,
     /// Wall time inside the network [s].
@@ -350,6 +352,7 @@ impl<'a, 'gpu> Run<'a, 'gpu> {
         }
         self.space.predict(&self.predictions[0], guidance.map(|_| &self.predictions[1][..]))?;
         self.outcome.latent_s += since.elapsed().as_secs_f64();
+        self.outcome.calls += branches as u32;
         self.outcome.nfe[match self.at.0 {
             Phase::Inversion => 0,
             Phase::Sde => 1,

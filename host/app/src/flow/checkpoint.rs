@@ -48,6 +48,7 @@ struct Progress {
     latent: usize,
     history: Option<usize>,
     nfe: [u32; 3],
+    calls: u32,
     /// Mean and root mean square after each iteration.
     stats: Vec<[f64; 2]>,
     /// Seconds inside the network, of arithmetic, of arithmetic with its hand-over.
@@ -56,7 +57,7 @@ struct Progress {
 
 impl Progress {
     fn of(state: &State) -> Self {
-        let Outcome { nfe, stats, network_s, arithmetic_s, latent_s, .. } = &state.so_far;
+        let Outcome { nfe, calls, stats, network_s, arithmetic_s, latent_s, .. } = &state.so_far;
         Self {
             phase: match state.phase {
                 Phase::Inversion => 0,
@@ -67,6 +68,7 @@ impl Progress {
             latent: state.latent.len(),
             history: state.history.as_ref().map(Vec::len),
             nfe: *nfe,
+            calls: *calls,
             stats: stats.iter().map(|s| [s.mean, s.rms]).collect(),
             seconds: [*network_s, *arithmetic_s, *latent_s],
         }
@@ -86,7 +88,8 @@ impl Progress {
         };
         let [network_s, arithmetic_s, latent_s] = self.seconds;
         let stats = self.stats.iter().map(|[mean, rms]| LatentStats { faults: 0, mean: *mean, rms: *rms }).collect();
-        let so_far = Outcome { latent: Vec::new(), nfe: self.nfe, stats, network_s, arithmetic_s, latent_s };
+        let (nfe, calls, latent_so_far) = (self.nfe, self.calls, Vec::new());
+        let so_far = Outcome { latent: latent_so_far, nfe, calls, stats, network_s, arithmetic_s, latent_s };
         Some(State { phase, done: self.done, latent, history, so_far })
     }
 }

@@ -14,6 +14,8 @@ pub struct ChunkReport {
     pub frames: [usize; 2],
     /// Evaluations of v_θ: inversion, SDE, generation.
     pub nfe: [u32; 3],
+    /// Calls of the network: two for an evaluation with guidance by two predictions.
+    pub calls: u32,
     /// Wall time of the chunk, encoding and decoding included [s].
     pub wall_s: f64,
     /// Wall time inside the velocity network [s].
@@ -59,6 +61,7 @@ impl ChunkReport {
         Self {
             frames: [at.first, at.first + at.frames - 1],
             nfe: outcome.nfe,
+            calls: outcome.calls,
             wall_s: 0.0,
             network_s: outcome.network_s,
             arithmetic_s: outcome.arithmetic_s,
