@@ -29,7 +29,6 @@ const SAVE_EVERY: Duration = Duration::from_secs(5);
 
 /// A flow in a run, from before the first frame on.
 pub struct FlowRun {
-    flow: Flow,
     model: Model,
     settings: Settings,
     driving: Driving,
@@ -44,14 +43,14 @@ pub struct FlowRun {
 }
 
 impl FlowRun {
-    /// Takes an opened model; `frame` is the size of the frames that will come [px].
-    pub fn new(scene: &Scene, flow: &Flow, opened: FlowModel, out: &Path, fresh: bool) -> Self {
+    /// Takes an opened model for the frames of a scene.
+    pub fn new(scene: &Scene, opened: FlowModel, out: &Path, fresh: bool) -> Self {
         let moving = scene.objects.iter().map(|o| o.material.is_some()).collect();
         let FlowModel { model, settings, size } = opened;
         let driving =
             Driving { size, frames: Vec::new(), masks: Vec::new(), image: Vec::new(), background: Vec::new() };
-        let (flow, out, notes) = (flow.clone(), out.to_path_buf(), Vec::new());
-        Self { flow, model, settings, driving, moving, out, fresh, resumed: false, notes }
+        let (out, notes) = (out.to_path_buf(), Vec::new());
+        Self { model, settings, driving, moving, out, fresh, resumed: false, notes }
     }
 
     /// Size of the frames it makes [px].
@@ -146,8 +145,10 @@ impl FlowRun {
             self.notes.push(format!("the checkpoint could not be written: {failed}"));
         }
         match ended {
-            Err(FlowError::Interrupted { at, kept }) => {
-                Err(FlowError::Interrupted { at, kept: kept && failed.is_none() }.into())
+            Err(FlowError::Interrupted { at, .. }) => {
+                // Before the first step there is nothing to keep.
+                let kept = failed.is_none() && Checkpoint::path(&self.out).is_file();
+                Err(FlowError::Interrupted { at, kept }.into())
             }
             Err(e) => Err(e.into()),
             Ok((frames, report)) => {
@@ -162,7 +163,7 @@ impl FlowRun {
     /// Everything that the frames depend on.
     fn fingerprint(&self) -> String {
         let mut hash = Sha256::new();
-        hash.update(format!("{:?} {:?} {:?}", self.settings, self.driving.size, self.flow.noise));
+        hash.update(format!("{:?} {:?}", self.settings, self.driving.size));
         hash.update(concat!(env!("CARGO_PKG_NAME"), env!("CARGO_PKG_VERSION")));
         let manifest = self.model.manifest();
         hash.update(format!("{manifest:?}"));

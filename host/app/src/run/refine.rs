@@ -56,7 +56,7 @@ impl Clip<'_> {
             let fps = f64::from(self.report.fps);
             self.flow_video = Some(EncoderThread::spawn(&self.out.join(FLOW_VIDEO), width, height, fps)?);
         }
-        let mut run = FlowRun::new(self.scene, flow, opened, self.out, options.fresh);
+        let mut run = FlowRun::new(self.scene, opened, self.out, options.fresh);
         if let Some(source) = &source {
             run.take(source);
             self.report.size = Some([frames.0, frames.1]);
