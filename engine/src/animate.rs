@@ -12,8 +12,9 @@ use crate::geometry::{self, GeometryError, PhotoData, SurfaceMap, WorldFromCamer
 use crate::plan::Plan;
 use crate::scene::{Scene, Source};
 use crate::stages::display::{Carry, DisplayArrays, nothing, rgba};
-use crate::stages::mpm::{FrameStats, Method, Mpm, P2g};
+use crate::stages::mpm::{Method, Mpm};
 use crate::stages::render::{Background, Image, PointRenderer, RenderError, RenderSettings};
+use crate::stages::solver::{FrameStats, Solver};
 use crate::stages::view;
 
 /// Why a clip cannot be made.
@@ -37,7 +38,7 @@ pub enum AnimateError {
 pub struct Animation<'gpu> {
     gpu: &'gpu Gpu,
     /// The solver, when anything is simulated.
-    pub mpm: Option<Mpm<'gpu>>,
+    pub solver: Option<Box<dyn Solver + 'gpu>>,
     drawing: Option<Drawing>,
     fps: f32,
     frame: u32,
@@ -92,23 +93,24 @@ impl<'gpu> Animation<'gpu> {
         let mut wall_ms = Vec::new();
         let mut took = |stage, since: Instant| wall_ms.push((stage, since.elapsed().as_secs_f64() * 1e3));
         let since = Instant::now();
-        let mpm = if plan.runs("simulate") { Some(Mpm::new(gpu, &assembled.world, method)?) } else { None };
+        let solver: Option<Box<dyn Solver + 'gpu>> =
+            if plan.runs("simulate") { Some(Box::new(Mpm::new(gpu, &assembled.world, method)?)) } else { None };
         took("simulate", since);
         let since = Instant::now();
         let mut drawing =
-            if plan.runs("render") { Some(draw(gpu, scene, assembled, plan, mpm.as_ref())?) } else { None };
+            if plan.runs("render") { Some(draw(gpu, scene, assembled, plan, solver.as_deref())?) } else { None };
         took("display", since);
         let empty = match &mut drawing {
             Some(drawing) if plan.runs("flow") => Some(drawing.without_moving(gpu)?),
             _ => None,
         };
         wall_ms.retain(|(stage, _)| plan.runs(stage));
-        Ok(Self { gpu, mpm, drawing, fps: scene.output.fps, frame: 0, wall_ms, empty })
+        Ok(Self { gpu, solver, drawing, fps: scene.output.fps, frame: 0, wall_ms, empty })
     }
 
     /// Whether the same run gives the same bits on this device.
     pub fn deterministic(&self) -> bool {
-        self.mpm.as_ref().is_none_or(|m| m.p2g() != P2g::Float)
+        self.solver.as_ref().is_none_or(|s| s.deterministic())
     }
 
     /// Advances to the next frame; the first is the start itself.
@@ -116,8 +118,8 @@ impl<'gpu> Animation<'gpu> {
     /// # Errors
     /// The device's refusal.
     pub fn advance(&mut self) -> Result<FrameStats, AnimateError> {
-        let stats = match &mut self.mpm {
-            Some(mpm) if self.frame > 0 => mpm.frame(1.0 / self.fps)?,
+        let stats = match &mut self.solver {
+            Some(solver) if self.frame > 0 => solver.frame(1.0 / self.fps)?,
             _ => FrameStats::default(),
         };
         self.frame += u32::from(!stats.stopped);
@@ -130,9 +132,9 @@ impl<'gpu> Animation<'gpu> {
     /// The device's refusal, or more points than can be drawn.
     pub fn draw(&mut self) -> Result<Option<Image>, AnimateError> {
         let Some(d) = &mut self.drawing else { return Ok(None) };
-        if let Some(mpm) = &self.mpm {
+        if let Some(solver) = &self.solver {
             let mut rec = Recording::new("carry");
-            d.carry.record(&mut rec, mpm.particles, mpm.deformations, d.background);
+            d.carry.record(&mut rec, solver.particles(), solver.deformations(), d.background);
             self.gpu.run(&rec)?;
         }
         Ok(Some(d.renderer.draw(self.gpu)?))
@@ -144,8 +146,8 @@ impl<'gpu> Animation<'gpu> {
     /// The device's refusal.
     #[expect(clippy::type_complexity, reason = "three parallel arrays, named in the docs")]
     pub fn particles(&self) -> Result<(Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<u32>), AnimateError> {
-        let Some(mpm) = &self.mpm else { return Ok(Default::default()) };
-        let all = self.gpu.read(mpm.particles)?;
+        let Some(solver) = &self.solver else { return Ok(Default::default()) };
+        let all = self.gpu.read(solver.particles())?;
         Ok((
             all.iter().map(|p| p.x).collect(),
             all.iter().map(|p| p.v).collect(),
@@ -154,7 +156,13 @@ impl<'gpu> Animation<'gpu> {
     }
 }
 
-fn draw(gpu: &Gpu, scene: &Scene, a: &Assembled, plan: &Plan, mpm: Option<&Mpm>) -> Result<Drawing, AnimateError> {
+fn draw(
+    gpu: &Gpu,
+    scene: &Scene,
+    a: &Assembled,
+    plan: &Plan,
+    solver: Option<&dyn Solver>,
+) -> Result<Drawing, AnimateError> {
     let mut arrays = display(gpu, scene, a)?;
     let moving = arrays.objects.iter().filter(|o| scene.objects[**o as usize - 1].material.is_some()).count() as u64;
     let mut pictures = None;
@@ -181,7 +189,7 @@ fn draw(gpu: &Gpu, scene: &Scene, a: &Assembled, plan: &Plan, mpm: Option<&Mpm>)
         }
         _ => (None, Background::Color(scene.render.background.map(|c| (c.clamp(0.0, 1.0) * 255.0).round() as u8))),
     };
-    let carry = Carry::new(gpu, &arrays, a.camera, mpm.map(|m| (m.particles, m.deformations)))?;
+    let carry = Carry::new(gpu, &arrays, a.camera, solver.map(|s| (s.particles(), s.deformations())))?;
     let settings = RenderSettings {
         width: a.size.0,
         height: a.size.1,

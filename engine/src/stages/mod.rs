@@ -5,4 +5,5 @@ pub mod display;
 pub mod latent;
 pub mod mpm;
 pub mod render;
+pub mod solver;
 pub mod view;

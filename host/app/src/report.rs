@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use physvideo::plan::Plan;
-use physvideo::stages::mpm::{FrameStats, Measure};
+use physvideo::stages::solver::{FrameStats, Measure};
 use serde::Serialize;
 
 use crate::device::DeviceEntry;

@@ -10,7 +10,8 @@ use physvideo::assemble::{Assembled, assemble};
 use physvideo::estimate::estimate;
 use physvideo::plan::Plan;
 use physvideo::scene::{PointFormat, Scene, Until};
-use physvideo::stages::mpm::{FrameStats, Method};
+use physvideo::stages::mpm::Method;
+use physvideo::stages::solver::FrameStats;
 use physvideo_gpu::{Feature, Gpu, Options};
 
 use crate::cli::RunOptions;
@@ -183,8 +184,8 @@ impl Clip<'_> {
         if self.plan.runs("render") {
             create_folder(&self.out.join("frames"))?;
         }
-        if let Some(mpm) = &mut animation.mpm {
-            mpm.stop_when(interrupt.flag());
+        if let Some(solver) = &mut animation.solver {
+            solver.stop_when(interrupt.flag());
         }
         let played = self.frames(&mut animation, interrupt, points, &mut writer, &mut encoder);
         // Whatever happened, what was finished is kept.
@@ -193,7 +194,7 @@ impl Clip<'_> {
         self.report.outputs = written.files;
         self.report.took("write", since);
         let encoded = self.finish_video(encoder);
-        self.report.simulated_s = animation.mpm.as_ref().map_or(0.0, |m| m.time());
+        self.report.simulated_s = animation.solver.as_ref().map_or(0.0, |s| s.time());
         let end = self.measure(&animation);
         if let Some(failure) = written.failure {
             return Err(failure.into());
@@ -267,9 +268,9 @@ impl Clip<'_> {
 
     /// A body of which nothing is left ends the run: what follows would be frames of nothing.
     fn check_frame(&self, animation: &Animation, frame: u32, stats: &FrameStats) -> Result<(), AppError> {
-        let Some(mpm) = animation.mpm.as_ref().filter(|_| stats.quarantined > 0) else { return Ok(()) };
+        let Some(solver) = animation.solver.as_ref().filter(|_| stats.quarantined > 0) else { return Ok(()) };
         for (index, particles) in self.report.particles.iter().enumerate() {
-            let lost = u64::from(mpm.measure(index).map_err(AppError::Gpu)?.quarantined);
+            let lost = u64::from(solver.measure(index).map_err(AppError::Gpu)?.quarantined);
             if lost >= particles.count {
                 return Err(AppError::Numeric(format!(
                     "object '{}' is lost in frame {frame}: all of its {lost} particles left the grid's domain or are no \
@@ -283,9 +284,9 @@ impl Clip<'_> {
     }
 
     fn measure(&self, animation: &Animation) -> Result<Vec<Sums>, AppError> {
-        let Some(mpm) = &animation.mpm else { return Ok(Vec::new()) };
+        let Some(solver) = &animation.solver else { return Ok(Vec::new()) };
         (0..self.report.particles.len())
-            .map(|index| Ok(Sums::new(&mpm.measure(index).map_err(AppError::Gpu)?, self.scene.gravity)))
+            .map(|index| Ok(Sums::new(&solver.measure(index).map_err(AppError::Gpu)?, self.scene.gravity)))
             .collect()
     }
 

@@ -2,7 +2,7 @@
 //! shorter ones, and remembers.
 
 use physvideo::scene::Material;
-use physvideo::stages::mpm::FrameStats;
+use physvideo::stages::solver::FrameStats;
 use physvideo::world::{World, ground};
 use physvideo_gpu::kernels::Field;
 use physvideo_gpu::kernels::family::field::WIND;

@@ -8,27 +8,7 @@ use physvideo_gpu::{GpuError, Recording};
 use super::Mpm;
 use super::start::Room;
 use crate::stages::cells::Cells;
-
-/// What happened in a frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FrameStats {
-    /// Substeps taken, those of rejected attempts included.
-    pub substeps: u32,
-    /// Smallest and largest substep [s].
-    pub dt: (f32, f32),
-    /// Grid nodes slowed down to the speed limit.
-    pub clamped_velocity: u32,
-    /// Particle updates whose stretch was limited.
-    pub clamped_strain: u32,
-    /// Particle updates whose compression was refused.
-    pub clamped_volume: u32,
-    /// Particles taken out: not finite, or outside the grid.
-    pub quarantined: u32,
-    /// Attempts at the frame that were taken back and repeated with smaller steps.
-    pub rejected: u32,
-    /// The frame was given up as [`Mpm::stop_when`] asked; nothing has moved.
-    pub stopped: bool,
-}
+use crate::stages::solver::FrameStats;
 
 /// Attempts at a frame that are taken back.
 const MOST_REJECTED: u32 = 3;

@@ -11,9 +11,9 @@ use bytemuck::Zeroable;
 use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Forces, Particle, Sums, mpm};
 use physvideo_gpu::{Buf, Constants, DeviceKind, Feature, Gpu, GpuError, Groups, Prepared, Recording};
 
-pub use self::frame::FrameStats;
 use self::start::{constants, initial_state, room};
 use super::cells::{self, Cells, PARTICLE_GROUPS};
+use super::solver::{FrameStats, Measure, Solver};
 use crate::world::World;
 
 /// How particles give to the grid. All three give the same sums up to rounding.
@@ -44,27 +44,6 @@ impl Default for Method {
     fn default() -> Self {
         Self { p2g: None, deterministic: true, true_gradient: true, batch: 32 }
     }
-}
-
-/// Sums over one body.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Measure {
-    /// Mass [kg].
-    pub mass: f64,
-    /// Momentum [kg m/s].
-    pub momentum: [f64; 3],
-    /// Angular momentum of the particles about the origin [kg m²/s], without the part in C.
-    pub spin: [f64; 3],
-    /// Kinetic energy [J].
-    pub kinetic: f64,
-    /// Elastic energy [J].
-    pub elastic: f64,
-    /// Σ m z [kg m].
-    pub height: f64,
-    /// Particles in quarantine.
-    pub quarantined: u32,
-    /// Largest speed [m/s].
-    pub speed: f64,
 }
 
 /// The solver over one world.
@@ -195,11 +174,6 @@ impl<'gpu> Mpm<'gpu> {
     /// Which transfer is used.
     pub fn p2g(&self) -> P2g {
         self.p2g
-    }
-
-    /// Gives a frame up between two batches of substeps once this is true; the state stays that of the frame before.
-    pub fn stop_when(&mut self, asked: Arc<AtomicBool>) {
-        self.stop = Some(asked);
     }
 
     /// Simulated time [s].
@@ -365,6 +339,36 @@ impl<'gpu> Mpm<'gpu> {
             out.speed = out.speed.max(f64::from(s.speed));
         }
         Ok(out)
+    }
+}
+
+impl Solver for Mpm<'_> {
+    fn frame(&mut self, length: f32) -> Result<FrameStats, GpuError> {
+        Mpm::frame(self, length)
+    }
+
+    fn measure(&self, index: usize) -> Result<Measure, GpuError> {
+        Mpm::measure(self, index)
+    }
+
+    fn time(&self) -> f64 {
+        self.time
+    }
+
+    fn stop_when(&mut self, asked: Arc<AtomicBool>) {
+        self.stop = Some(asked);
+    }
+
+    fn particles(&self) -> Buf<Particle> {
+        self.particles
+    }
+
+    fn deformations(&self) -> Buf<Deformation> {
+        self.deformations
+    }
+
+    fn deterministic(&self) -> bool {
+        self.p2g != P2g::Float
     }
 }
 
