@@ -7,6 +7,7 @@ pub mod flow;
 pub mod folder;
 pub mod plot;
 pub mod probe;
+pub mod problems;
 pub mod proof;
 pub mod random;
 pub mod twins;

@@ -1,0 +1,56 @@
+//! Problems with a known answer, run with any method, resolution and step: small as tests, swept by `physvideo-bench wp`.
+//! A problem knows the solvers' public interface, and neither tests nor diagrams.
+
+use physvideo_gpu::Gpu;
+
+/// How a problem is run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setting {
+    /// One of the problem's methods, for example "updated_lagrangian", "total_lagrangian", "wcsph".
+    pub method: &'static str,
+    /// Cells or particles along the length that the problem names.
+    pub resolution: u32,
+    /// Share of the stable step: a Courant number.
+    pub courant: f32,
+}
+
+/// What came of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// Error in the problem's own measure, relative: 0.01 is 1 %.
+    pub error: f64,
+    /// Wall time of the simulation, first compilation left out [s].
+    pub wall_s: f64,
+    /// Simulated time [s].
+    pub simulated_s: f64,
+    /// Steps taken.
+    pub substeps: u64,
+    /// Limits hit: clamps, rejected attempts, particles taken out.
+    pub clamps: u64,
+    /// Particles.
+    pub particles: u64,
+}
+
+/// A problem.
+pub struct Problem {
+    /// Id of the suite, for example "M5".
+    pub id: &'static str,
+    /// What is solved and how the error is measured, one line.
+    pub title: &'static str,
+    /// Error that the method's defaults should reach at the finest resolution.
+    pub goal: f64,
+    /// Methods that can run it.
+    pub methods: &'static [&'static str],
+    /// At least four, ascending.
+    pub resolutions: &'static [u32],
+    /// At least three, ascending.
+    pub courants: &'static [f32],
+    /// Runs it; an `Err` says why there is no result.
+    pub run: fn(&Gpu, Setting) -> Result<Outcome, String>,
+}
+
+/// Every problem.
+pub fn all() -> Vec<&'static Problem> {
+    let groups: [&[Problem]; 0] = [];
+    groups.iter().flat_map(|g| g.iter()).collect()
+}
