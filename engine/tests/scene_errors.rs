@@ -60,6 +60,31 @@ name = "cloud"
 source.points = { file = "cloud.ply", scale = 0.01 }
 
 [[object]]
+name = "clay"
+source.ball = { center = [0, 0, 1], radius = 0.1 }
+material.plastic = { yield_stress = 500, hardening = 100 }
+
+[[object]]
+name = "snowball"
+source.ball = { center = [0, 0, 2], radius = 0.1 }
+material.snow = { hardening = 5 }
+
+[[object]]
+name = "bubbles"
+source.ball = { center = [0, 0, 3], radius = 0.1 }
+material.foam = {}
+
+[[object]]
+name = "castle"
+source.ball = { center = [0, 0, 4], radius = 0.1 }
+material.sand = { friction = 0.7 }
+
+[[object]]
+name = "water"
+source.ball = { center = [0, 0, 5], radius = 0.1 }
+material.liquid = { viscosity = 1e-3 }
+
+[[object]]
 name = "crate"
 source.box = { min = [0, 0, 0], max = [1, 1, 1] }
 color = [1, 0.5, 0]
