@@ -6,7 +6,7 @@ use physvideo_tests::proof::{Ask, find};
 use physvideo_tests::{device, folder};
 
 /// Kernel whose proof must fail, file, what stands there, what is put in its place.
-const MUTANTS: [(&str, &str, &str, &str); 34] = [
+const MUTANTS: [(&str, &str, &str, &str); 35] = [
     ("cells/clear", "cells/clear", "group.x >= grid.capacity", "group.x >= grid.capacity + 1u"),
     ("cells/locate", "lib/grid", "vec3f(0.5)", "vec3f(0.45)"),
     ("cells/locate", "cells/locate", "!finite(texel(was, 6u * p + 1u).xyz) || ", ""),
@@ -32,6 +32,7 @@ const MUTANTS: [(&str, &str, &str, &str); 34] = [
     ("cells/link", "cells/link", "lane < 8u", "lane < 7u"),
     ("mpm/g2p", "material/corotated", "tau = 2.0 * b.mu", "tau = 1.999 * b.mu"),
     ("mpm/g2p", "mpm/g2p", "z.g.z * c.v", "z.g.y * c.v"),
+    ("mpm/g2p", "mpm/g2p", "FOLLOW * (packed - next)", "0.09 * (packed - next)"),
     ("mpm/g2p", "mpm/g2p", "grid.first + id.x", "id.x"),
     ("mpm/g2p", "mpm/g2p", "!finite(trial.f[0] + trial.f[1] + trial.f[2]) ||", ""),
     ("mpm/g2p", "material/plastic", "0.66666667 * b.p.y", "0.6 * b.p.y"),

@@ -5,6 +5,7 @@ mod bar;
 mod cantilever;
 mod discs;
 mod guard;
+mod liquid;
 mod motion;
 mod rest;
 mod setup;
