@@ -146,7 +146,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
     let world = World {
         bodies,
         gravity: scene.gravity,
-        fields: scene.fields.iter().map(world::field).collect(),
+        fields: scene.fields.iter().zip(0..).map(|(f, i)| world::field(f, scene.seed, i)).collect(),
         colliders,
         domain,
         dx,

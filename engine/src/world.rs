@@ -2,6 +2,7 @@
 //! never import each other. Knows nothing of files or of Vulkan.
 
 use physvideo_gpu::kernels;
+use physvideo_gpu::kernels::family::field;
 
 use crate::scene::{Collider, Field, FieldRegion, Material};
 
@@ -27,10 +28,15 @@ pub struct World {
 }
 
 impl World {
-    /// Longest step that an explicit drag of the wind stands [s], 0 without wind: half of what makes it overshoot.
+    /// Longest step that the explicit drag of winds and damping stands [s], 0 without: half of what makes the strongest
+    /// overshoot.
     pub fn longest_step(&self) -> f32 {
-        let winds = self.fields.iter().filter(|f| f.kind == kernels::family::field::WIND);
-        let drag = winds.map(|f| f.p0).fold(0.0, f32::max);
+        let rate = |f: &kernels::Field| match f.kind {
+            field::WIND => f.p0,
+            field::DAMPING => f.a[..3].iter().copied().fold(0.0, f32::max),
+            _ => 0.0,
+        };
+        let drag = self.fields.iter().map(rate).fold(0.0, f32::max);
         if drag > 0.0 { 0.5 / drag } else { 0.0 }
     }
 
@@ -100,10 +106,12 @@ pub fn vec4(v: [f32; 3]) -> [f32; 4] {
     [v[0], v[1], v[2], 0.0]
 }
 
-/// A field of the scene as the kernels see it.
-pub fn field(field: &Field) -> kernels::Field {
+/// A field of the scene as the kernels see it; `seed` and its place among the fields choose its noise.
+pub fn field(field: &Field, seed: u64, index: usize) -> kernels::Field {
     let mut out = kernels::Field { start: field.start, end: field.end, ramp: field.ramp, ..Default::default() };
-    field.force.write(&mut out);
+    // Folded to what f32 holds exactly.
+    let folded = (seed ^ (seed >> 24) ^ (seed >> 48)) & 0x00ff_ffff;
+    field.force.write([folded as f32, index as f32], &mut out);
     match field.region {
         None => {}
         Some(FieldRegion::Box { min, max }) => {

@@ -84,6 +84,15 @@ objects = ["leaves"]
 [[field]]
 force.point = { center = [0, 0, 1], radius = 0.1, acceleration = [0, 5, 0] }
 
+[[field]]
+force.vortex = { center = [0, 0, 0], axis = [0, 0, 1], strength = 2, radius = 0.2, frequency = 1 }
+
+[[field]]
+force.noise = { amplitude = 1, growth = 0.5, from = 0.1, length = 0.1, time = 0.2, axes = [1, 1, 0] }
+
+[[field]]
+force.damping = { rate = [0, 0, 4] }
+
 [render]
 compositing = "alpha"
 blend_depth = 0.02

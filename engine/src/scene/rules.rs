@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::errors::{Kind, Problem};
 use super::structure::{nearest, suggest};
-use super::{Field, FieldRegion, Object, Pool, Region, Scene, Shape, Source, Thickness};
+use super::{Field, FieldRegion, Force, Object, Pool, Region, Scene, Shape, Source, Thickness};
 use crate::flow::SdeRule;
 
 /// Every broken rule, at its key path.
@@ -167,6 +167,9 @@ impl Rules<'_> {
         self.times(key, field.start, field.end);
         if let Some(FieldRegion::Box { min, max }) = &field.region {
             self.ordered(&format!("{key}.region.box"), min, max);
+        }
+        if let Force::Vortex { axis, .. } = field.force {
+            self.direction(&format!("{key}.force.vortex.axis"), axis);
         }
         for (index, name) in field.objects.iter().flatten().enumerate() {
             self.known(&format!("{key}.objects[{index}]"), name);
