@@ -365,6 +365,7 @@ fn body(
         positions: filled.positions,
         velocities,
         pinned,
+        gravity: object.gravity,
         // A photograph shows a held body sagged. One that nothing holds stands on something, and may fall from it.
         prestress,
         fields,

@@ -71,6 +71,8 @@ pub struct Body {
     pub velocities: Vec<[f32; 3]>,
     /// Particles that are held.
     pub pinned: Vec<bool>,
+    /// Gravity that acts on it instead of the world's [m/s²].
+    pub gravity: Option<[f32; 3]>,
     /// Starts at rest under gravity: the stress that carries its weight is there from the start and stays as a dead
     /// load, so that only what changes moves it.
     pub prestress: bool,
@@ -83,11 +85,11 @@ pub struct Body {
 const VISCOUS: f32 = 3.0;
 
 impl Body {
-    /// Its material for the kernels, under the scene's gravity [m/s²] on cells of `dx` [m].
+    /// Its material for the kernels, under the world's gravity [m/s²] unless it has its own, on cells of `dx` [m].
     pub fn constants(&self, gravity: [f32; 3], dx: f32) -> kernels::Body {
         let law = self.material.law();
         // A body whose weight is carried from the start feels no gravity beyond it.
-        let gravity = if self.prestress { [0.0; 3] } else { gravity };
+        let gravity = if self.prestress { [0.0; 3] } else { self.gravity.unwrap_or(gravity) };
         let wave = self.step_speed(dx);
         let (material, mu, lambda, p) = (law.material, law.mu, law.lambda, law.own);
         kernels::Body { material, fields: self.fields, mu, lambda, p, gravity, wave }

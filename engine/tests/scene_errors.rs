@@ -53,6 +53,7 @@ name = "toy"
 source.mesh = { file = "toy.obj", yaw = 30 }
 material.neo_hookean = {}
 velocity = [0, 0, -1]
+gravity = [0, 0, 9.81]
 prestress = false
 
 [[object]]

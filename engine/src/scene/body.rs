@@ -30,6 +30,9 @@ pub struct Object {
     /// Initial angular velocity about the centre of mass [rad/s].
     #[serde(default)]
     pub angular_velocity: [f32; 3],
+    /// Gravity of this object alone [m/s²], [0, 0, 9.81] for what rises; absent: the scene's.
+    #[serde(default)]
+    pub gravity: Option<[f32; 3]>,
     /// Starts at rest under gravity: the shape given is the sagged one. Default: true from a photo, else false.
     #[serde(default)]
     pub prestress: Option<bool>,

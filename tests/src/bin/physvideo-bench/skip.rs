@@ -30,6 +30,7 @@ fn cubes(moving: usize, wide: bool) -> World {
             density: 40.0,
             velocities: offsets.iter().map(|x| [-spin * (x[1] - half), spin * (x[0] - half), 0.0]).collect(),
             pinned: vec![],
+            gravity: None,
             prestress: false,
             particle_volume: f32::powi(spacing, 3),
             fields: 0,
