@@ -48,7 +48,7 @@ fn form(call: &Call) -> Form {
 /// Odd seeds use the MLS gradient; every third takes a stretch, every third a stretch of a liquid.
 fn inputs(ask: Ask) -> Call {
     let mut random = Random::new(ask.seed ^ 0x62b);
-    let (stretch, liquid) = (ask.seed % 3 != 0, ask.seed % 3 == 2);
+    let (stretch, liquid) = (!ask.seed.is_multiple_of(3), ask.seed % 3 == 2);
     let mut cloud = Cloud::new(ask);
     // A deformation that is not sound is found here, where the stress is made.
     let (gone, torn) = cloud.poisoned.split_at(cloud.poisoned.len() / 2);
