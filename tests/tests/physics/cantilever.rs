@@ -35,7 +35,7 @@ fn sag(load: f64, true_gradient: bool) -> f64 {
         a: [0.0, -g as f32, 0.0, 0.0],
         ..Default::default()
     }];
-    w.colliders = vec![plane([0.25 * dx, 0.0, 0.0], [1.0, 0.0, 0.0], true)];
+    w.colliders = vec![plane([0.0; 3], [1.0, 0.0, 0.0], true)];
     w.colliders.extend(between(dx, 2.0));
     let mut mpm = solver(&gpu, &w, true_gradient);
     let tip = |mpm: &physvideo::stages::mpm::Mpm| {

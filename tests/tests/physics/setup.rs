@@ -71,12 +71,9 @@ pub fn plane(point: [f64; 3], normal: [f32; 3], sticky: bool) -> Collider {
     }
 }
 
-/// Two frictionless planes that hold a slab of `cells` cells from z = 0 in plane strain, a quarter cell outside it.
+/// Two frictionless planes that hold a slab of `cells` cells from z = 0 in plane strain.
 pub fn between(dx: f64, cells: f64) -> [Collider; 2] {
-    [
-        plane([0.0, 0.0, 0.25 * dx], [0.0, 0.0, 1.0], false),
-        plane([0.0, 0.0, (cells - 0.25) * dx], [0.0, 0.0, -1.0], false),
-    ]
+    [plane([0.0, 0.0, 0.0], [0.0, 0.0, 1.0], false), plane([0.0, 0.0, cells * dx], [0.0, 0.0, -1.0], false)]
 }
 
 pub fn solver<'g>(gpu: &'g Gpu, world: &World, true_gradient: bool) -> Mpm<'g> {

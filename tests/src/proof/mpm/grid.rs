@@ -128,7 +128,7 @@ pub(super) fn compare_nodes(call: &Call, out: &Buffers, sums: &Sums) -> Vec<Comp
             v = p / m;
             let x = vec3(&grid.origin) + Vec3::new(place[0] as f64, place[1] as f64, place[2] as f64) * dx;
             for c in &colliders.d[..colliders.count as usize] {
-                let (after, clear) = obstacle::contact(c, x, v, time);
+                let (after, clear) = obstacle::contact(c, x, v, time, 0.8 * dx);
                 (v, margin) = (after, margin.min(clear));
                 met = met.max(v.norm());
             }
