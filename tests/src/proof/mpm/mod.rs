@@ -65,7 +65,6 @@ pub fn bodies() -> Vec<Body> {
                 p: own(material),
                 gravity: [0.1 * i as f32, -0.2, -9.81],
                 wave: 3.0 + i as f32,
-                ..Default::default()
             }
         })
         .collect();
