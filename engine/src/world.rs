@@ -4,7 +4,7 @@
 use physvideo_gpu::kernels;
 use physvideo_gpu::kernels::family::field;
 
-use crate::scene::{Collider, Field, FieldRegion, Material};
+use crate::scene::{Collider, Field, FieldRegion, Material, Object};
 
 /// Everything a run simulates.
 #[derive(Clone, Debug)]
@@ -78,6 +78,8 @@ pub struct Body {
     pub prestress: bool,
     /// Bit i: field i acts on it.
     pub fields: u32,
+    /// Where its particles start anew after they have gone.
+    pub recycle: Option<kernels::Return>,
 }
 
 /// Viscosity across a cell, as a speed: the step C dx / (c + 3 η/(ρ dx)) stays at a quarter of dx² ρ/η for C = 0.75,
@@ -118,16 +120,37 @@ pub fn field(field: &Field, seed: u64, index: usize) -> kernels::Field {
     // Folded to what f32 holds exactly.
     let folded = (seed ^ (seed >> 24) ^ (seed >> 48)) & 0x00ff_ffff;
     field.force.write([folded as f32, index as f32], &mut out);
-    match field.region {
-        None => {}
-        Some(FieldRegion::Box { min, max }) => {
-            (out.region, out.region_min, out.region_max) = (1, vec4(min), vec4(max));
-        }
-        Some(FieldRegion::Ball { center, radius }) => {
-            (out.region, out.region_min, out.region_max) = (2, vec4(center), [radius, 0.0, 0.0, 0.0]);
-        }
+    if let Some(r) = field.region {
+        (out.region, out.region_min, out.region_max) = region(r);
     }
     out
+}
+
+/// How the particles of an object start anew as the kernels see it; `seed` and the object's place choose the random
+/// places. Absent where the object does not ask for it.
+pub fn recycle(object: &Object, seed: u64, index: u32) -> Option<kernels::Return> {
+    let recycle = object.recycle?;
+    let liquid = matches!(object.material, Some(Material::Liquid { .. }));
+    let (region, region_min, region_max) = region(recycle.region);
+    Some(kernels::Return {
+        region,
+        region_min,
+        region_max,
+        solid: if liquid { 0.0 } else { 1.0 },
+        stream: (seed as u32) ^ ((seed >> 32) as u32).rotate_left(16) ^ index.rotate_left(24),
+        source_min: vec4(recycle.to.min),
+        source_max: vec4(recycle.to.max),
+        velocity: vec4(object.velocity),
+        ..Default::default()
+    })
+}
+
+/// A region as the kernels see it: its kind, and two vectors that say where it is.
+pub fn region(region: FieldRegion) -> (u32, [f32; 4], [f32; 4]) {
+    match region {
+        FieldRegion::Box { min, max } => (1, vec4(min), vec4(max)),
+        FieldRegion::Ball { center, radius } => (2, vec4(center), [radius, 0.0, 0.0, 0.0]),
+    }
 }
 
 /// An obstacle of the scene as the kernels see it.

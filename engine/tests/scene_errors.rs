@@ -63,6 +63,8 @@ source.points = { file = "cloud.ply", scale = 0.01 }
 [[object]]
 name = "crate"
 source.box = { min = [0, 0, 0], max = [1, 1, 1] }
+material.snow = {}
+recycle = { region.box = { min = [0, 0, 3], max = [1, 1, 4] }, to = { min = [0, 0, 0], max = [1, 1, 1] } }
 color = [1, 0.5, 0]
 
 [[collider]]

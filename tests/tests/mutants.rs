@@ -36,7 +36,7 @@ const MUTANTS: [(&str, &str, &str, &str); 21] = [
 ];
 
 /// The same for what acts on bodies from outside.
-const EFFECTS: [(&str, &str, &str, &str); 7] = [
+const EFFECTS: [(&str, &str, &str, &str); 11] = [
     ("mpm/p2g", "field/vortex", "exp(-r / f.p1)", "exp(-r * r / f.p1)"),
     ("mpm/p2g", "field/vortex", "cross(f.a.xyz, x - f.b.xyz)", "cross(x - f.b.xyz, f.a.xyz)"),
     ("mpm/p2g", "field/vortex", "1.0, f.p2 == 0.0", "0.0, f.p2 == 0.0"),
@@ -44,6 +44,10 @@ const EFFECTS: [(&str, &str, &str, &str); 7] = [
     ("mpm/p2g", "field/noise", "let n = low * low + high * high", "let n = low + high"),
     ("mpm/p2g", "lib/hash", "v.w += v.y * v.z", "v.w += v.x * v.z"),
     ("mpm/p2g", "field/noise", "x.z - f.p2", "x.z + f.p2"),
+    ("source/recycle", "source/recycle", "all(x >= low) && all(x <= high)", "all(x >= low)"),
+    ("source/recycle", "source/recycle", "(tag & (PINNED | QUARANTINED)) != 0u", "(tag & PINNED) != 0u"),
+    ("source/recycle", "source/recycle", "turns.d[p] = turn + 1u;", ""),
+    ("source/recycle", "source/recycle", "/ 16777216.0", "/ 33554432.0"),
 ];
 
 /// The same for drawing.

@@ -7,5 +7,6 @@ mod discs;
 mod fields;
 mod guard;
 mod motion;
+mod recycle;
 mod rest;
 mod setup;

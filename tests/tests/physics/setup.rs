@@ -42,6 +42,7 @@ pub fn body(
         prestress: false,
         particle_volume: (dx / 2.0).powi(3) as f32,
         fields: u32::MAX >> 1,
+        recycle: None,
         positions,
     }
 }

@@ -26,6 +26,7 @@ fn cube(edge: usize, spacing: f32) -> World {
         prestress: false,
         particle_volume: spacing.powi(3),
         fields: 0,
+        recycle: None,
         positions,
     };
     World {

@@ -34,6 +34,7 @@ fn cubes(moving: usize, wide: bool) -> World {
             prestress: false,
             particle_volume: f32::powi(spacing, 3),
             fields: 0,
+            recycle: None,
             positions: offsets.iter().map(|x| std::array::from_fn(|a| x[a] + corner[a])).collect(),
         }
     });
