@@ -126,7 +126,7 @@ pub fn respond(body: &Body, f: &Mat3, memory: f64, gradient: &Mat3) -> Response 
             let wave = (((gamma - 1.0) * dense.powf(1.0 - gamma) + dense) / gamma).sqrt();
             let mut kept = Mat3::zeros();
             kept[0] = j;
-            Response { tau, f: kept, memory, energy, wave }
+            Response { tau, f: kept, memory: 0.0, energy, wave }
         }
         _ => Response { tau: Mat3::zeros(), f: *f, memory, energy: 0.0, wave: 1.0 },
     }

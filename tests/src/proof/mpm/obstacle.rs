@@ -44,7 +44,7 @@ fn shape(kind: u32, size: Vec3, r: Vec3) -> (f64, Vec3, f64) {
         2 => (r.norm() - size[0], r.normalize(), r.norm()),
         3 => {
             let q = r.abs() - size;
-            let outside = q.map(|c| c.max(0.0));
+            let outside = q.zip_map(&r, |q, r| q.max(0.0) * r.signum());
             if outside.norm() > 0.0 { (outside.norm(), outside.normalize(), f64::INFINITY) } else { face(q, r, 1.0) }
         }
         // Outside of the room, the deepest wall pushes back in.
