@@ -172,7 +172,8 @@ fn bad_scenes_say_what_is_wrong_and_where() {
 fn a_good_scene_is_read_and_survives_being_written() {
     let scene = parse(GOOD, "good.toml").unwrap_or_else(|errors| panic!("{errors}"));
     assert_eq!(scene.objects.len(), 10);
-    assert_eq!(scene.objects.iter().map(Object::prestressed).collect::<Vec<_>>(), [true, false, false, false, false]);
+    let starts: Vec<bool> = scene.objects.iter().map(Object::prestressed).collect();
+    assert_eq!(starts, std::array::from_fn::<_, 10, _>(|i| i == 0));
     let written = toml::to_string(&scene).unwrap();
     let again = parse(&written, "again.toml").unwrap_or_else(|errors| panic!("{errors}\n{written}"));
     assert_eq!(again, scene);
