@@ -2,8 +2,9 @@
 //! never import each other. Knows nothing of files or of Vulkan.
 
 use physvideo_gpu::kernels;
+use physvideo_gpu::kernels::family::field;
 
-use crate::scene::{Collider, Field, FieldRegion, Material};
+use crate::scene::{Collider, Field, FieldRegion, Material, Object};
 
 /// Everything a run simulates.
 #[derive(Clone, Debug)]
@@ -27,10 +28,15 @@ pub struct World {
 }
 
 impl World {
-    /// Longest step that an explicit drag of the wind stands [s], 0 without wind: half of what makes it overshoot.
+    /// Longest step that the explicit drag of winds and damping stands [s], 0 without: half of what makes the strongest
+    /// overshoot.
     pub fn longest_step(&self) -> f32 {
-        let winds = self.fields.iter().filter(|f| f.kind == kernels::family::field::WIND);
-        let drag = winds.map(|f| f.p0).fold(0.0, f32::max);
+        let rate = |f: &kernels::Field| match f.kind {
+            field::WIND => f.p0,
+            field::DAMPING => f.a[..3].iter().copied().fold(0.0, f32::max),
+            _ => 0.0,
+        };
+        let drag = self.fields.iter().map(rate).fold(0.0, f32::max);
         if drag > 0.0 { 0.5 / drag } else { 0.0 }
     }
 
@@ -65,11 +71,15 @@ pub struct Body {
     pub velocities: Vec<[f32; 3]>,
     /// Particles that are held.
     pub pinned: Vec<bool>,
+    /// Gravity that acts on it instead of the world's [m/s²].
+    pub gravity: Option<[f32; 3]>,
     /// Starts at rest under gravity: the stress that carries its weight is there from the start and stays as a dead
     /// load, so that only what changes moves it.
     pub prestress: bool,
     /// Bit i: field i acts on it.
     pub fields: u32,
+    /// Where its particles start anew after they have gone.
+    pub recycle: Option<kernels::Return>,
 }
 
 /// Viscosity across a cell, as a speed: the step C dx / (c + 3 η/(ρ dx)) stays at a quarter of dx² ρ/η for C = 0.75,
@@ -77,11 +87,11 @@ pub struct Body {
 const VISCOUS: f32 = 3.0;
 
 impl Body {
-    /// Its material for the kernels, under the scene's gravity [m/s²] on cells of `dx` [m].
+    /// Its material for the kernels, under the world's gravity [m/s²] unless it has its own, on cells of `dx` [m].
     pub fn constants(&self, gravity: [f32; 3], dx: f32) -> kernels::Body {
         let law = self.material.law();
         // A body whose weight is carried from the start feels no gravity beyond it.
-        let gravity = if self.prestress { [0.0; 3] } else { gravity };
+        let gravity = if self.prestress { [0.0; 3] } else { self.gravity.unwrap_or(gravity) };
         let wave = self.step_speed(dx);
         let (material, mu, lambda, p) = (law.material, law.mu, law.lambda, law.own);
         kernels::Body { material, fields: self.fields, mu, lambda, p, gravity, wave }
@@ -104,20 +114,43 @@ pub fn vec4(v: [f32; 3]) -> [f32; 4] {
     [v[0], v[1], v[2], 0.0]
 }
 
-/// A field of the scene as the kernels see it.
-pub fn field(field: &Field) -> kernels::Field {
+/// A field of the scene as the kernels see it; `seed` and its place among the fields choose its noise.
+pub fn field(field: &Field, seed: u64, index: usize) -> kernels::Field {
     let mut out = kernels::Field { start: field.start, end: field.end, ramp: field.ramp, ..Default::default() };
-    field.force.write(&mut out);
-    match field.region {
-        None => {}
-        Some(FieldRegion::Box { min, max }) => {
-            (out.region, out.region_min, out.region_max) = (1, vec4(min), vec4(max));
-        }
-        Some(FieldRegion::Ball { center, radius }) => {
-            (out.region, out.region_min, out.region_max) = (2, vec4(center), [radius, 0.0, 0.0, 0.0]);
-        }
+    // Folded to what f32 holds exactly.
+    let folded = (seed ^ (seed >> 24) ^ (seed >> 48)) & 0x00ff_ffff;
+    field.force.write([folded as f32, index as f32], &mut out);
+    if let Some(r) = field.region {
+        (out.region, out.region_min, out.region_max) = region(r);
     }
     out
+}
+
+/// How the particles of an object start anew as the kernels see it; `seed` and the object's place choose the random
+/// places. Absent where the object does not ask for it.
+pub fn recycle(object: &Object, seed: u64, index: u32) -> Option<kernels::Return> {
+    let recycle = object.recycle?;
+    let liquid = matches!(object.material, Some(Material::Liquid { .. }));
+    let (region, region_min, region_max) = region(recycle.region);
+    Some(kernels::Return {
+        region,
+        region_min,
+        region_max,
+        solid: if liquid { 0.0 } else { 1.0 },
+        stream: (seed as u32) ^ ((seed >> 32) as u32).rotate_left(16) ^ index.rotate_left(24),
+        source_min: vec4(recycle.to.min),
+        source_max: vec4(recycle.to.max),
+        velocity: vec4(object.velocity),
+        ..Default::default()
+    })
+}
+
+/// A region as the kernels see it: its kind, and two vectors that say where it is.
+pub fn region(region: FieldRegion) -> (u32, [f32; 4], [f32; 4]) {
+    match region {
+        FieldRegion::Box { min, max } => (1, vec4(min), vec4(max)),
+        FieldRegion::Ball { center, radius } => (2, vec4(center), [radius, 0.0, 0.0, 0.0]),
+    }
 }
 
 /// An obstacle of the scene as the kernels see it.

@@ -53,6 +53,7 @@ name = "toy"
 source.mesh = { file = "toy.obj", yaw = 30 }
 material.neo_hookean = {}
 velocity = [0, 0, -1]
+gravity = [0, 0, 9.81]
 prestress = false
 
 [[object]]
@@ -87,6 +88,8 @@ material.liquid = { viscosity = 1e-3 }
 [[object]]
 name = "crate"
 source.box = { min = [0, 0, 0], max = [1, 1, 1] }
+material.snow = {}
+recycle = { region.box = { min = [0, 0, 3], max = [1, 1, 4] }, to = { min = [0, 0, 0], max = [1, 1, 1] } }
 color = [1, 0.5, 0]
 
 [[collider]]
@@ -108,6 +111,15 @@ objects = ["leaves"]
 
 [[field]]
 force.point = { center = [0, 0, 1], radius = 0.1, acceleration = [0, 5, 0] }
+
+[[field]]
+force.vortex = { center = [0, 0, 0], axis = [0, 0, 1], strength = 2, radius = 0.2, frequency = 1 }
+
+[[field]]
+force.noise = { amplitude = 1, growth = 0.5, from = 0.1, length = 0.1, time = 0.2, axes = [1, 1, 0] }
+
+[[field]]
+force.damping = { rate = [0, 0, 4] }
 
 [render]
 compositing = "alpha"

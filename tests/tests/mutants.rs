@@ -49,6 +49,21 @@ const MUTANTS: [(&str, &str, &str, &str); 35] = [
     ("mpm/measure", "mpm/measure", "0.5 * dot(momentum, p.v)", "0.49 * dot(momentum, p.v)"),
 ];
 
+/// The same for what acts on bodies from outside.
+const EFFECTS: [(&str, &str, &str, &str); 11] = [
+    ("mpm/p2g", "field/vortex", "exp(-r / f.p1)", "exp(-r * r / f.p1)"),
+    ("mpm/p2g", "field/vortex", "cross(f.a.xyz, x - f.b.xyz)", "cross(x - f.b.xyz, f.a.xyz)"),
+    ("mpm/p2g", "field/vortex", "1.0, f.p2 == 0.0", "0.0, f.p2 == 0.0"),
+    ("mpm/p2g", "field/damping", "-f.a.xyz * v", "-f.a.x * v"),
+    ("mpm/p2g", "field/noise", "let n = low * low + high * high", "let n = low + high"),
+    ("mpm/p2g", "lib/hash", "v.w += v.y * v.z", "v.w += v.x * v.z"),
+    ("mpm/p2g", "field/noise", "x.z - f.p2", "x.z + f.p2"),
+    ("source/recycle", "source/recycle", "all(x >= low) && all(x <= high)", "all(x >= low)"),
+    ("source/recycle", "source/recycle", "(tag & (PINNED | QUARANTINED)) != 0u", "(tag & PINNED) != 0u"),
+    ("source/recycle", "source/recycle", "turns.d[p] = turn + 1u;", ""),
+    ("source/recycle", "source/recycle", "/ 16777216.0", "/ 33554432.0"),
+];
+
 /// The same for drawing.
 const POINTS: [(&str, &str, &str, &str); 23] = [
     ("points/bin_count", "lib/splat", "ceil(s.xy - s.w - vec2f(0.5))", "floor(s.xy - s.w - vec2f(0.5))"),
@@ -114,7 +129,7 @@ const LATENT: [(&str, &str, &str, &str); 30] = [
 fn every_mistake_is_caught() {
     let copy = tempfile::tempdir().unwrap();
     let mut missed = Vec::new();
-    for (kernel, file, from, to) in MUTANTS.into_iter().chain(LATENT).chain(POINTS) {
+    for (kernel, file, from, to) in MUTANTS.into_iter().chain(EFFECTS).chain(LATENT).chain(POINTS) {
         folder::copy_kernels(copy.path());
         folder::edit(copy.path(), file, from, to);
         let gpu = device::open(Options { wgsl: Some(copy.path().into()), validation: false, ..device::options() });

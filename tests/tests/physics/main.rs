@@ -4,8 +4,10 @@
 mod bar;
 mod cantilever;
 mod discs;
+mod fields;
 mod guard;
 mod liquid;
 mod motion;
+mod recycle;
 mod rest;
 mod setup;

@@ -33,6 +33,31 @@ fn a_block_falls_freely() {
     assert_eq!(gpu.messages(), Vec::<String>::new());
 }
 
+/// Gravity of a body's own: one falls, one rises as fast, one without weight stays, in one scene.
+#[test]
+fn bodies_have_gravity_of_their_own() {
+    let gpu = gpu();
+    let dx = 1.0 / 32.0;
+    let own = [None, Some([0.0, 0.0, 9.81]), Some([0.0; 3])];
+    let bodies = own.iter().zip(0..).map(|(gravity, i)| {
+        let x = f64::from(i) * 0.5;
+        let cube = fill(dx, [x, 0.0, 0.0], [x + 0.125, 0.125, 0.125], |_| true);
+        physvideo::world::Body { gravity: *gravity, ..body(SOFT, 100.0, dx, cube, |_| [0.0; 3]) }
+    });
+    let mut w = world(bodies.collect(), dx, [-0.5, -0.5, -1.0], [1.5, 0.5, 1.0]);
+    w.gravity = [0.0, 0.0, -9.81];
+    let mut mpm = solver(&gpu, &w, true);
+    mpm.frame(0.125).unwrap();
+    let speed = |i| {
+        let m = mpm.measure(i).unwrap();
+        m.momentum[2] / m.mass
+    };
+    // v = g t, to f32 rounding of some dozen steps; they are too far apart to share a node.
+    for (i, g) in [-9.81, 9.81, 0.0].into_iter().enumerate() {
+        assert!((speed(i) - g * 0.125).abs() < 1e-5, "body {i}: {}", speed(i));
+    }
+}
+
 /// Spinning freely, momentum stays zero and the angular momentum that APIC carries stays what it was.
 #[test]
 fn a_block_spins_freely() {

@@ -38,9 +38,11 @@ pub fn body(
         density: density as f32,
         velocities: positions.iter().map(|x| velocity(*x)).collect(),
         pinned: vec![],
+        gravity: None,
         prestress: false,
         particle_volume: (dx / 2.0).powi(3) as f32,
         fields: u32::MAX >> 1,
+        recycle: None,
         positions,
     }
 }

@@ -16,6 +16,7 @@ use self::run::{MOST_RUNS, Run, runs};
 use self::start::{constants, initial_state, room};
 use super::cells::{self, Cells, PARTICLE_GROUPS};
 use super::solver::{FrameStats, Measure, Solver};
+use super::source::Recycling;
 use crate::world::World;
 
 /// How particles give to the grid. All three give the same sums up to rounding.
@@ -65,6 +66,7 @@ pub struct Mpm<'gpu> {
     given: Buf<[f32; 4]>,
     nodes: Buf<[f32; 4]>,
     cells: Cells,
+    recycling: Option<Recycling>,
     constants: Constants,
     method: Method,
     p2g: P2g,
@@ -146,6 +148,7 @@ impl<'gpu> Mpm<'gpu> {
             given: gpu.alloc("grid", "mpm/given", room.given(p2g))?,
             nodes: gpu.alloc("grid", "mpm/nodes", 64 * u64::from(room.slots))?,
             cells: Cells::new(gpu, grid, count, room.slots, room.rows)?,
+            recycling: Recycling::new(gpu, world)?,
             constants: constants(world, method),
             method,
             p2g,
@@ -174,7 +177,7 @@ impl<'gpu> Mpm<'gpu> {
         let each = (2 * (size_of::<Particle>() + size_of::<Deformation>()) + 1) as u64;
         let given = room.given(P2g::Cell).max(room.given(P2g::Fixed));
         let sort = Cells::bytes(&grid, particles, room.slots, room.rows);
-        each * particles + 16 * (given + 64 * u64::from(room.slots)) + sort
+        each * particles + 16 * (given + 64 * u64::from(room.slots)) + sort + Recycling::bytes(world)
     }
 
     /// Which transfer is used.
@@ -206,6 +209,9 @@ impl<'gpu> Mpm<'gpu> {
         let read_live = live.cast();
         self.cells.record_clear(rec, k);
         rec.call(&mpm::Clock { clock, live }, k, Groups::Direct([1, 1, 1]));
+        if let Some(recycling) = &self.recycling {
+            recycling.record(rec, k, particles, deformations, clock, self.particle_groups());
+        }
         self.cells.record_sort(rec, k, particles, clock);
         match self.p2g {
             P2g::Cell => {
