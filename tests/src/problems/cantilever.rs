@@ -14,7 +14,7 @@ use super::{Outcome, Problem, Setting, elastic};
 /// Ten times as long as thick.
 pub const BEAM: Problem = Problem {
     id: "M7",
-    title: "cantilever, L/h 10, load wL³/(EI) 1, cells of thickness: sag of the tip against the elastica with shear",
+    title: "cantilever, L/h 10, cells of thickness: sag of the tip against the elastica with shear, load wL³/(EI) 1",
     goal: 0.04,
     methods: &elastic::METHODS,
     resolutions: &[2, 3, 4, 6],
@@ -25,7 +25,7 @@ pub const BEAM: Problem = Problem {
 /// Five times as long as thick: cheaper, and the shear is a twentieth of the sag.
 pub const SHORT: Problem = Problem {
     id: "M7-short",
-    title: "cantilever, L/h 5, load wL³/(EI) 1, cells of thickness: sag of the tip against the elastica with shear",
+    title: "short cantilever, L/h 5, cells of thickness: sag of the tip against the elastica with shear, load wL³/(EI) 1",
     goal: 0.04,
     methods: &elastic::METHODS,
     resolutions: &[2, 4, 8, 12],

@@ -18,7 +18,7 @@ const GRAVITY: f64 = 9.81;
 /// The column.
 pub const COLUMN: Problem = Problem {
     id: "M8",
-    title: "column on rollers, cells along its height: largest error of any particle's stress, over that of the base",
+    title: "column at rest on rollers, cells along its height: largest error of any particle's stress, over that of the base",
     goal: 5e-3,
     methods: &elastic::METHODS,
     resolutions: &[5, 10, 20, 40],

@@ -20,7 +20,7 @@ use crate::folder;
 /// M2.
 pub const CUBE: Problem = Problem {
     id: "M2",
-    title: "manufactured motion of a cube, cells along 1 m: rms distance from it over 0.05 m, largest of 4 instants to 0.02 s",
+    title: "manufactured motion of a cube, cells along 1 m: rms distance over 0.05 m, largest of 4 instants to 0.02 s",
     goal: 1e-2,
     methods: &elastic::METHODS,
     resolutions: &[8, 12, 16, 24, 32],
@@ -31,7 +31,7 @@ pub const CUBE: Problem = Problem {
 /// M4.
 pub const BAR: Problem = Problem {
     id: "M4",
-    title: "manufactured motion of a bar, cells along 1 m: rms distance from it over 0.05 m, largest of 4 instants of a period",
+    title: "manufactured motion of a bar, cells along 1 m: rms distance over 0.05 m, largest of 4 instants of a period",
     goal: 1e-2,
     methods: &elastic::METHODS,
     resolutions: &[8, 16, 32, 64],

@@ -12,7 +12,7 @@ const GRAVITY: f64 = 9.81;
 /// Free fall.
 pub const FALL: Problem = Problem {
     id: "M1",
-    title: "free fall of a block: v = n g dt and x = g dt² n (n + 1) / 2 after n steps; the larger relative error",
+    title: "free fall, cells along a block: v = n g dt and x = g dt² n (n + 1) / 2 after n steps; the larger relative error",
     // f32 carries 6e-8 a step, two hundred steps and more.
     goal: 5e-5,
     methods: &elastic::METHODS,
@@ -24,7 +24,7 @@ pub const FALL: Problem = Problem {
 /// Free rotation.
 pub const SPIN: Problem = Problem {
     id: "M1-spin",
-    title: "free rotation of a block, 4 rad/s, 0.2 s: change of angular momentum, C included",
+    title: "free rotation, cells along a block at 4 rad/s: change of its angular momentum in 0.2 s, C included",
     goal: 1e-5,
     methods: &elastic::METHODS,
     resolutions: &[4, 6, 8, 12],
