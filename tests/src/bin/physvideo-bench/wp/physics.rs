@@ -80,11 +80,11 @@ fn sweep(bench: &mut Bench, problem: &Problem, until: Instant) -> Vec<Point> {
         let Setting { method, resolution, courant } = setting;
         let what = format!("{} {method}, {resolution} cells, Courant number {courant}", problem.id);
         // Time grows at most with the fourth power of the resolution in three dimensions, and with steps.
-        let before = took.iter().filter(|(s, _)| s.method == method).map(|(s, time)| {
+        let mut before = took.iter().filter(|(s, _)| s.method == method).map(|(s, time)| {
             let growth = (f64::from(resolution) / f64::from(s.resolution)).powi(3);
             time.as_secs_f64() * growth * f64::from(s.courant / courant)
         });
-        let expected = before.last().unwrap_or(0.0);
+        let expected = before.next_back().unwrap_or(0.0);
         let left = until.saturating_duration_since(Instant::now()).as_secs_f64();
         if expected > left || left == 0.0 {
             bench.left_out.push(what);
