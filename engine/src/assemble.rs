@@ -98,10 +98,10 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
     let mut colors = Vec::new();
     let mut object_of = Vec::new();
     if plan.runs("bodies") {
-        for (index, object) in scene.objects.iter().enumerate() {
-            if object.material.is_none() {
-                continue;
-            }
+        // Bodies of one material follow each other: the solver calls each material's kernels once.
+        let mut simulated: Vec<_> = scene.objects.iter().enumerate().filter(|(_, o)| o.material.is_some()).collect();
+        simulated.sort_by_key(|(_, o)| o.material.map(|m| m.law().material));
+        for (index, object) in simulated {
             let filled = colored(scene, index, inputs, view.as_ref(), &lattice, &mut crowd)?;
             colors.extend_from_slice(&filled.colors);
             bodies.push(body(scene, index, object, filled, view.as_ref(), &mut notes)?);

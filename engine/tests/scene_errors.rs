@@ -60,6 +60,31 @@ name = "cloud"
 source.points = { file = "cloud.ply", scale = 0.01 }
 
 [[object]]
+name = "clay"
+source.ball = { center = [0, 0, 1], radius = 0.1 }
+material.plastic = { yield_stress = 500, hardening = 100 }
+
+[[object]]
+name = "snowball"
+source.ball = { center = [0, 0, 2], radius = 0.1 }
+material.snow = { hardening = 5 }
+
+[[object]]
+name = "bubbles"
+source.ball = { center = [0, 0, 3], radius = 0.1 }
+material.foam = {}
+
+[[object]]
+name = "castle"
+source.ball = { center = [0, 0, 4], radius = 0.1 }
+material.sand = { friction = 0.7 }
+
+[[object]]
+name = "water"
+source.ball = { center = [0, 0, 5], radius = 0.1 }
+material.liquid = { viscosity = 1e-3 }
+
+[[object]]
 name = "crate"
 source.box = { min = [0, 0, 0], max = [1, 1, 1] }
 color = [1, 0.5, 0]
@@ -134,7 +159,7 @@ fn bad_scenes_say_what_is_wrong_and_where() {
 #[test]
 fn a_good_scene_is_read_and_survives_being_written() {
     let scene = parse(GOOD, "good.toml").unwrap_or_else(|errors| panic!("{errors}"));
-    assert_eq!(scene.objects.len(), 5);
+    assert_eq!(scene.objects.len(), 10);
     assert_eq!(scene.objects.iter().map(Object::prestressed).collect::<Vec<_>>(), [true, false, false, false, false]);
     let written = toml::to_string(&scene).unwrap();
     let again = parse(&written, "again.toml").unwrap_or_else(|errors| panic!("{errors}\n{written}"));

@@ -6,7 +6,7 @@ use physvideo_tests::proof::{Ask, find};
 use physvideo_tests::{device, folder};
 
 /// Kernel whose proof must fail, file, what stands there, what is put in its place.
-const MUTANTS: [(&str, &str, &str, &str); 21] = [
+const MUTANTS: [(&str, &str, &str, &str); 34] = [
     ("cells/clear", "cells/clear", "group.x >= grid.capacity", "group.x >= grid.capacity + 1u"),
     ("cells/locate", "lib/grid", "vec3f(0.5)", "vec3f(0.45)"),
     ("cells/locate", "cells/locate", "!finite(texel(was, 6u * p + 1u).xyz) || ", ""),
@@ -30,8 +30,21 @@ const MUTANTS: [(&str, &str, &str, &str); 21] = [
     ("mpm/grid", "lib/node", "if (!finite(v)) {", "if (false) {"),
     ("mpm/grid_rows", "mpm/grid_rows", "n1 += texel(shares, at + 45u)", "n1 += texel(shares, at + 36u)"),
     ("cells/link", "cells/link", "lane < 8u", "lane < 7u"),
-    ("mpm/g2p", "material/corotated", "2.0 * b.mu", "1.999 * b.mu"),
+    ("mpm/g2p", "material/corotated", "tau = 2.0 * b.mu", "tau = 1.999 * b.mu"),
     ("mpm/g2p", "mpm/g2p", "z.g.z * c.v", "z.g.y * c.v"),
+    ("mpm/g2p", "mpm/g2p", "grid.first + id.x", "id.x"),
+    ("mpm/g2p", "mpm/g2p", "!finite(trial.f[0] + trial.f[1] + trial.f[2]) ||", ""),
+    ("mpm/g2p", "material/plastic", "0.66666667 * b.p.y", "0.6 * b.p.y"),
+    ("mpm/g2p", "material/plastic", "t.memory + 0.81649658 * flow", "t.memory + flow"),
+    ("mpm/g2p", "material/snow", "1.0 + b.p.y", "1.0 + b.p.x"),
+    ("mpm/g2p", "material/snow", "b.p.z * (1.0 - volume)", "b.p.z * (1.0 - j)"),
+    ("mpm/g2p", "material/sand", "strain.x + strain.y + strain.z;", "strain.x + strain.y + strain.z - t.memory;"),
+    ("mpm/g2p", "material/sand", "3.0 * b.lambda + 2.0 * b.mu", "2.0 * b.lambda + 2.0 * b.mu"),
+    ("mpm/g2p", "material/liquid", "(2.0 / 3.0)", "0.5"),
+    ("mpm/measure", "material/liquid", "/ (gamma - 1.0)", "/ gamma"),
+    ("mpm/g2p", "lib/svd", "cross(u0, u1)", "cross(u1, u0)"),
+    ("mpm/clock", "mpm/clock", "clock.runs[i].x = 0u", "clock.runs[0].x = 0u"),
+    ("points/carry", "points/carry", "(tag & FLOWS) != 0u", "false"),
     ("mpm/measure", "mpm/measure", "0.5 * dot(momentum, p.v)", "0.49 * dot(momentum, p.v)"),
 ];
 
@@ -50,8 +63,8 @@ const POINTS: [(&str, &str, &str, &str); 23] = [
     ("points/blend", "lib/pixel", "1.0 - weight", "1.001 - weight"),
     ("points/blend", "points/blend", "min(ends.d[tile], call.room)", "ends.d[tile]"),
     ("points/blend_shared", "points/blend_shared", "min(to.zw, vec2i(7))", "min(to.zw, vec2i(6))"),
-    ("points/carry", "points/carry", "(turned - offset)", "turned - offset * 0.9999"),
-    ("points/carry", "points/carry", "(bitcast<u32>(now.w) & QUARANTINED) != 0u", "false"),
+    ("points/carry", "points/carry", "turned - offset, vec3f", "turned - offset * 0.9999, vec3f"),
+    ("points/carry", "points/carry", "(tag & QUARANTINED) != 0u", "false"),
     ("points/compose", "points/compose", "vec3u(127u)", "vec3u(126u)"),
     ("points/nearest32", "points/nearest32", "d.x >= d.y", "d.x > d.y"),
     ("points/nearest64", "points/nearest64", "u64(i);", "u64(screen.points - i);"),

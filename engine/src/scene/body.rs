@@ -1,11 +1,11 @@
-//! What a body is: geometry, material, motion and pins, as plain data. Knows nothing of particles or files' contents.
+//! What a body is: geometry, motion and pins, as plain data. Knows nothing of particles or files' contents.
 
 use std::path::PathBuf;
 
-use physvideo_gpu::kernels::family::material;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::Material;
 use super::model::one;
 
 /// A body.
@@ -147,51 +147,6 @@ impl Default for Thickness {
 
 fn default_max_thickness() -> f32 {
     0.5
-}
-
-/// Material of a body, with the paper's defaults.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "snake_case")]
-pub enum Material {
-    /// Fixed-corotated elasticity (Stomakhin 2012).
-    Elastic {
-        /// Young's modulus [Pa].
-        #[serde(default = "default_young")]
-        #[schemars(extend("exclusiveMinimum" = 0.0))]
-        young: f32,
-        /// Poisson's ratio, 0 ≤ ν < 0.5.
-        #[serde(default = "default_poisson")]
-        #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 0.5))]
-        poisson: f32,
-    },
-    /// Compressible neo-Hookean elasticity.
-    NeoHookean {
-        /// Young's modulus [Pa].
-        #[serde(default = "default_young")]
-        #[schemars(extend("exclusiveMinimum" = 0.0))]
-        young: f32,
-        /// Poisson's ratio, 0 ≤ ν < 0.5.
-        #[serde(default = "default_poisson")]
-        #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 0.5))]
-        poisson: f32,
-    },
-}
-
-impl Material {
-    /// Number among the kernels' materials, Young's modulus [Pa], Poisson's ratio.
-    pub fn constants(&self) -> (u32, f32, f32) {
-        match *self {
-            Material::Elastic { young, poisson } => (material::COROTATED, young, poisson),
-            Material::NeoHookean { young, poisson } => (material::NEO_HOOKEAN, young, poisson),
-        }
-    }
-}
-
-fn default_young() -> f32 {
-    8e4
-}
-fn default_poisson() -> f32 {
-    0.32
 }
 
 /// A region of space.

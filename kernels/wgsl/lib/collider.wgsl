@@ -39,14 +39,14 @@ fn gap(c: Collider, x: vec3f, t: f32) -> f32 {
     return shape(c.shape, c, rotate(x - (c.center.xyz + c.velocity.xyz * moving), axis, -rate * moving)).w;
 }
 
-// Velocity v at node x after contact with collider c at time t.
-fn collide(c: Collider, x: vec3f, v: vec3f, t: f32) -> vec3f {
+// Velocity v at node x, nearer to collider c than `reach` or inside it, after contact with it at time t.
+fn collide(c: Collider, x: vec3f, v: vec3f, t: f32, reach: f32) -> vec3f {
     let moving = clamp(t, c.start, c.end) - c.start;
     var r = x - (c.center.xyz + c.velocity.xyz * moving);
     let rate = length(c.spin.xyz);
     let axis = select(vec3f(0.0, 0.0, 1.0), c.spin.xyz / max(rate, 1e-20), rate > 0.0);
     let hit = shape(c.shape, c, rotate(r, axis, -rate * moving));
-    if (hit.w >= 0.0) { return v; }
+    if (hit.w >= reach) { return v; }
     let running = t >= c.start && t < c.end;
     let body = select(vec3f(0.0), c.velocity.xyz + cross(c.spin.xyz, r), running);
     if (c.sticky != 0u) { return body; }

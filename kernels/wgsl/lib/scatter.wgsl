@@ -66,13 +66,12 @@ fn share(s: Scatter, r: ScatterRow, i: u32) -> vec4f {
 
 // Every kernel that uses this binds `forces` as texels.
 struct Forces {
-    gravity: vec4f,     // [m/s²]
     count: u32,         // of the fields in use
     d: array<Field, 16>,
 }
 
 fn load_field(i: u32) -> Field {
-    let at = 2u + 6u * i;
+    let at = 1u + 6u * i;
     let kinds = textureLoad(forces, at, 0);
     let times = bitcast<vec4f>(kinds);
     let p = texel(forces, at + 1u);
@@ -80,10 +79,9 @@ fn load_field(i: u32) -> Field {
         texel(forces, at + 4u), texel(forces, at + 5u));
 }
 
-// Acceleration of the fields that act on a body, and gravity [m/s²].
+// Acceleration of a body's gravity and of the fields that act on it [m/s²].
 fn body_acceleration(p: Particle, fields: u32, gravity: vec3f, count: u32, t: f32) -> vec3f {
-    // A body whose weight is carried from the start feels no gravity beyond it.
-    var a = select(gravity, vec3f(0.0), (fields & CARRIED) != 0u);
+    var a = gravity;
     for (var i = 0u; i < count; i++) {
         if (((fields >> i) & 1u) != 0u) { a += field_acceleration(load_field(i), p.x, p.v, t); }
     }

@@ -1,7 +1,8 @@
 //! use lib/bspline lib/clock lib/load
 //! family material
 // Grid to particles: velocity and affine velocity (APIC), deformation by the gradient of the B-spline or the MLS
-// form, position, and the stress for the next transfer. One lane a particle, in the order of their cells.
+// form, position, and the stress for the next transfer. One lane a particle: all of them in the order of their cells,
+// or a stretch with one material in the order of their numbers, so that each material's particles pay for no other's.
 //! texels was: Particle
 //! texels deformed: Deformation
 //! texels bodies: Body
@@ -16,6 +17,10 @@ override TRUE_GRADIENT: bool = true;
 override MAX_STRETCH: f32 = 0.5;
 // Volume below which a particle is no longer compressed, as a share of its volume at rest.
 override MIN_VOLUME: f32 = 0.05;
+// All particles of the scene, by their cells; else those that the call names.
+override ALL: bool = true;
+// Nothing but liquid: of F only J is kept.
+override LIQUID: bool = false;
 
 // Particles and deformations are read and then written by their lane: `was` and `deformed` are the same buffers as
 // `particles` (six vectors each) and `deformations`.
@@ -97,12 +102,13 @@ fn block(at: Place, x: Axis, y: Axis, z: Axis) -> Sums3 {
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     // Read first: a software driver makes one load of a uniform address only before any branch.
     let dt = clock.dt;
-    let placed = live.cursor;
+    let placed = select(grid.count, live.cursor, ALL);
     if (id.x < placed) {
-        let index = word(order, id.x);
+        var index = grid.first + id.x;
+        if (ALL) { index = word(order, id.x); }
         let head = texel(was, 6u * index);
         let tag = bitcast<u32>(head.w);
-        if ((tag & PINNED) == 0u) { move_particle(index, head.xyz, tag, dt); }
+        if ((tag & (PINNED | QUARANTINED)) == 0u) { move_particle(index, head.xyz, tag, dt); }
     }
     workgroupBarrier();
     if (lane == 0u) { atomicMax(&clock.speed_bits, atomicLoad(&fastest)); }
@@ -126,17 +132,14 @@ fn move_particle(index: u32, x: vec3f, tag: u32, dt: f32) {
         gradient *= MAX_STRETCH / size;
         atomicAdd(&clock.clamped_strain, 1u);
     }
-    let def = load_deformation(deformed, index);
-    let last = mat3x3f(def.f0.xyz, def.f1.xyz, def.f2.xyz);
-    var next = last + dt * (gradient * last);
-    if (dot(next[0], cross(next[1], next[2])) < MIN_VOLUME) {
-        next = last;
-        atomicAdd(&clock.clamped_volume, 1u);
-    }
     let body = load_body(bodies, tag & BODY_MASK);
-    let tau = def.f0.w * material(body.material, body, next).tau;
-    // A sum is finite only if all its terms are.
-    let lost = !finite(next[0] + next[1] + next[2]) || !finite(tau[0] + tau[1] + tau[2]);
+    let trial = try_step(index, body.material, gradient, dt);
+    let now = material(body.material, body, trial);
+    let volume = texel(deformed, 3u * index).w;
+    let tau = volume * now.tau;
+    let next = now.f;
+    // A sum is finite only if all its terms are. Return maps may make numbers of what was none, so the trial is asked.
+    let lost = !finite(trial.f[0] + trial.f[1] + trial.f[2]) || !finite(tau[0] + tau[1] + tau[2]);
     if (lost) { atomicAdd(&clock.quarantined, 1u); }
     let rate = vec4f(vec3f(4.0 * inv), 1.0);
     let to = 6u * index;
@@ -146,7 +149,32 @@ fn move_particle(index: u32, x: vec3f, tag: u32, dt: f32) {
     particles.d[to + 3u] = vec4f(s.mx.y, s.my.y, s.mz.y, tau[1].y) * rate;
     particles.d[to + 4u] = vec4f(s.mx.z, s.my.z, s.mz.z, tau[2].z) * rate;
     particles.d[to + 5u] = vec4f(tau[1].x, tau[2].x, tau[2].y, 0.0);
-    deformations.d[index] = Deformation(vec4f(next[0], def.f0.w), vec4f(next[1], 0.0), vec4f(next[2], 0.0));
-    let speed = length(s.v);
-    if (speed > 0.0) { atomicMax(&fastest, bitcast<u32>(speed)); }
+    deformations.d[index].f0 = vec4f(next[0], volume);
+    if (!LIQUID) {
+        deformations.d[index].f1 = vec4f(next[1], now.memory);
+        deformations.d[index].f2 = vec4f(next[2], 0.0);
+    }
+    let speed = length(s.v) + body.wave * now.wave;
+    if (speed > 0.0 && !lost) { atomicMax(&fastest, bitcast<u32>(speed)); }
+}
+
+// The deformation after the step if all of it were elastic.
+fn try_step(index: u32, kind: u32, gradient: mat3x3f, dt: f32) -> Trial {
+    if (LIQUID || (MATERIAL_LIQUID_USED && kind == MATERIAL_LIQUID)) {
+        let last = texel(deformed, 3u * index).x;
+        var next = last * (1.0 + dt * (gradient[0].x + gradient[1].y + gradient[2].z));
+        if (next < MIN_VOLUME) {
+            next = last;
+            atomicAdd(&clock.clamped_volume, 1u);
+        }
+        return Trial(mat3x3f(vec3f(next, 0.0, 0.0), vec3f(0.0), vec3f(0.0)), 0.0, gradient);
+    }
+    let def = load_deformation(deformed, index);
+    let last = mat3x3f(def.f0.xyz, def.f1.xyz, def.f2.xyz);
+    var next = last + dt * (gradient * last);
+    if (dot(next[0], cross(next[1], next[2])) < MIN_VOLUME) {
+        next = last;
+        atomicAdd(&clock.clamped_volume, 1u);
+    }
+    return Trial(next, def.f1.w, gradient);
 }

@@ -125,7 +125,7 @@ pub fn sag(gpu: &Gpu, setting: Setting, beam: Beam, load: f64) -> Result<(f64, O
     let air = Field { kind: WIND, end: 1e9, p0: (1.6 * rate) as f32, ..Default::default() };
     let weight = Field { kind: UNIFORM, end: 1e9, a: [0.0, -g as f32, 0.0, 0.0], ..Default::default() };
     w.fields = vec![weight, air];
-    w.colliders = vec![plane([0.25 * dx, 0.0, 0.0], [1.0, 0.0, 0.0], true)];
+    w.colliders = vec![plane([0.0; 3], [1.0, 0.0, 0.0], true)];
     w.colliders.extend(between(dx, 2.0));
     let mut play = Play::new(gpu, &w, setting.method)?;
     for _ in 0..7 {

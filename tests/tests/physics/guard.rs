@@ -26,6 +26,9 @@ fn drop(change: impl Fn(&mut World)) -> (Vec<FrameStats>, f64) {
     (frames, m.kinetic + m.elastic)
 }
 
+/// Kinetic energy of 15.6 kg at 1 m/s [J].
+const FELL: f64 = 7.8;
+
 fn faults(frames: &[FrameStats]) -> u32 {
     frames.iter().map(|f| f.clamped_velocity + f.quarantined).sum()
 }
@@ -37,8 +40,8 @@ fn a_step_too_long_is_taken_back_and_remembered() {
     let (frames, guarded) = drop(|w| w.courant = 1.9);
     assert!(frames.iter().any(|f| f.rejected > 0), "1.9 is beyond the limit: {frames:?}");
     assert_eq!(faults(&frames), 0, "what remains is clean: {frames:?}");
-    // It fell with 1 m/s and 15.6 kg: 7.8 J and what the fall adds, and no blow-up may add more.
-    assert!((guarded - energy).abs() < 0.15 * energy, "{guarded} J, {energy} J with short steps");
+    // Most of what it fell with went into the impact; how much depends on the step, and a blow-up adds many times that.
+    assert!((guarded - energy).abs() < 0.1 * FELL, "{guarded} J, {energy} J with short steps");
     let last = frames.iter().rposition(|f| f.rejected > 0).unwrap();
     assert!(last < 4, "smaller steps are kept: {frames:?}");
     assert!(frames[5].dt.1 < 1.9 * calm[5].dt.1, "1.9 is 2.5 times 0.75: {frames:?}");
@@ -51,7 +54,7 @@ fn a_forced_step_is_taken_at_its_word() {
     let (frames, blown) = drop(|w| w.force_dt = Some(2.5 * calm[0].dt.1));
     assert_eq!(frames.iter().map(|f| f.rejected).sum::<u32>(), 0);
     assert!(faults(&frames) > 0, "{frames:?}");
-    assert!(!(blown < 1.15 * energy && blown > 0.85 * energy), "{blown} J, {energy} J with short steps");
+    assert!(blown.is_nan() || (blown - energy).abs() > 0.1 * FELL, "{blown} J, {energy} J with short steps");
 }
 
 /// Drag that would overshoot in a step of the waves: the step follows the drag, and the block takes the wind's speed,

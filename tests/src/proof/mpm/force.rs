@@ -1,6 +1,6 @@
 //! Force fields in f64: schedule, region, and the acceleration of each kind.
 
-use physvideo_gpu::kernels::{Field, Forces};
+use physvideo_gpu::kernels::{Body, Field, Forces};
 
 use super::{Vec3, vec3};
 
@@ -38,17 +38,16 @@ pub fn forces() -> Forces {
         ..Default::default()
     };
     let over = Field { kind: 1, start: 0.0, end: 0.5, a: [1e3, 1e3, 1e3, 0.0], ..Default::default() };
-    let mut all = Forces { gravity: [0.1, -0.2, -9.81, 0.0], count: 4, ..Default::default() };
+    let mut all = Forces { count: 4, ..Default::default() };
     all.d[..4].copy_from_slice(&[everywhere, gust, poke, over]);
     all
 }
 
 /// Acceleration on material of a body at x moving at v, and whether rounding could decide about it.
-pub fn acceleration(forces: &Forces, mask: u32, x: Vec3, v: Vec3, t: f64) -> (Vec3, bool) {
-    // The highest bit says that gravity is carried from the start.
-    let (mut sum, mut close) = (if mask >> 31 == 1 { Vec3::zeros() } else { vec3(&forces.gravity) }, false);
+pub fn acceleration(forces: &Forces, body: &Body, x: Vec3, v: Vec3, t: f64) -> (Vec3, bool) {
+    let (mut sum, mut close) = (vec3(&body.gravity), false);
     for (i, field) in forces.d[..forces.count as usize].iter().enumerate() {
-        if mask >> i & 1 == 1 {
+        if body.fields >> i & 1 == 1 {
             let margin = inside(field, x).min(t - f64::from(field.start)).min(f64::from(field.end) - t);
             close |= margin.abs() < MARGIN;
             if margin >= 0.0 {

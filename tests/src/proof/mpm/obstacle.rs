@@ -5,8 +5,9 @@ use physvideo_gpu::kernels::{Collider, Colliders};
 
 use super::{Vec3, vec3};
 
-/// Velocity after contact, and how close any decision on the way was to going the other way [m or m/s].
-pub fn contact(c: &Collider, x: Vec3, v: Vec3, t: f64) -> (Vec3, f64) {
+/// Velocity after contact with what is nearer than `reach`, and how close any decision on the way was to going the
+/// other way [m or m/s].
+pub fn contact(c: &Collider, x: Vec3, v: Vec3, t: f64, reach: f64) -> (Vec3, f64) {
     let (start, end) = (f64::from(c.start), f64::from(c.end));
     let moved = t.clamp(start, end) - start;
     let (drift, spin) = (vec3(&c.velocity), vec3(&c.spin));
@@ -14,8 +15,8 @@ pub fn contact(c: &Collider, x: Vec3, v: Vec3, t: f64) -> (Vec3, f64) {
         .map_or_else(Rotation3::identity, |axis| Rotation3::from_axis_angle(&axis, spin.norm() * moved));
     let r = x - (vec3(&c.center) + drift * moved);
     let (distance, normal, tie) = shape(c.shape, vec3(&c.size), turn.inverse() * r);
-    let clear = distance.abs();
-    if distance >= 0.0 {
+    let clear = (distance - reach).abs();
+    if distance >= reach {
         return (v, clear);
     }
     let n = turn * normal;
@@ -43,8 +44,8 @@ fn shape(kind: u32, size: Vec3, r: Vec3) -> (f64, Vec3, f64) {
         2 => (r.norm() - size[0], r.normalize(), r.norm()),
         3 => {
             let q = r.abs() - size;
-            let outside = q.map(|c| c.max(0.0));
-            if outside.norm() > 0.0 { (outside.norm(), outside, f64::INFINITY) } else { face(q, r, 1.0) }
+            let outside = q.zip_map(&r, |q, r| q.max(0.0) * r.signum());
+            if outside.norm() > 0.0 { (outside.norm(), outside.normalize(), f64::INFINITY) } else { face(q, r, 1.0) }
         }
         // Outside of the room, the deepest wall pushes back in.
         4 => {
