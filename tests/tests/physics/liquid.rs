@@ -6,7 +6,7 @@ use physvideo_gpu::{Gpu, Options};
 use physvideo_tests::device::{self, gpu};
 use physvideo_tests::folder;
 
-use super::setup::{body, fill, solver, world as empty};
+use physvideo_tests::problems::setup::{Lattice, solver, world as empty};
 
 const DX: f64 = 0.02;
 /// The room's half extents [m]: 0.36 × 0.12 m of floor.
@@ -15,9 +15,10 @@ const HALF: [f64; 3] = [0.18, 0.06, 0.4];
 /// Height of the centre of mass [m] and the largest distance outside of the room [cells] after 3 s of a column of
 /// 0.12 × 0.12 × 0.24 m.
 fn settle(gpu: &Gpu) -> (f64, f64) {
-    let column = fill(DX, [0.0; 3], [0.12, 0.12, 0.24], |_| true);
+    let column = Lattice::of_eight(DX).fill([0.0; 3], [0.12, 0.12, 0.24], |_| true);
     let water = Material::Liquid { bulk: 2e5, exponent: 7.0, viscosity: 0.0 };
-    let mut w = empty(vec![body(water, 1000.0, DX, column, |_| [0.0; 3])], DX, [-0.1; 3], [0.46, 0.22, 0.9]);
+    let mut w =
+        empty(vec![Lattice::of_eight(DX).body(water, 1000.0, &column, |_| [0.0; 3])], DX, [-0.1; 3], [0.46, 0.22, 0.9]);
     w.gravity = [0.0, 0.0, -9.81];
     let half = HALF.map(|h| h as f32);
     let shape = Shape::Room { center: half, half };
@@ -30,12 +31,12 @@ fn settle(gpu: &Gpu) -> (f64, f64) {
         start: 0.0,
         end: 1e9,
     })];
-    let mut mpm = solver(gpu, &w, true);
+    let mut mpm = solver(gpu, &w, "updated_lagrangian").unwrap();
     let mut outside = 0.0f64;
     for _ in 0..30 {
         let stats = mpm.frame(0.1).unwrap();
         assert_eq!(stats.quarantined, 0, "{stats:?}");
-        for p in gpu.read(mpm.particles).unwrap() {
+        for p in gpu.read(mpm.particles()).unwrap() {
             for a in 0..3 {
                 outside = outside.max(((f64::from(p.x[a]) - HALF[a]).abs() - HALF[a]) / DX);
             }
