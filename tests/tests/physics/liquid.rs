@@ -37,8 +37,8 @@ fn settle(gpu: &Gpu) -> (f64, f64) {
         let stats = mpm.frame(0.1).unwrap();
         assert_eq!(stats.quarantined, 0, "{stats:?}");
         for p in gpu.read(mpm.particles()).unwrap() {
-            for a in 0..3 {
-                outside = outside.max(((f64::from(p.x[a]) - HALF[a]).abs() - HALF[a]) / DX);
+            for (x, half) in p.x.iter().zip(HALF) {
+                outside = outside.max(((f64::from(*x) - half).abs() - half) / DX);
             }
         }
     }
