@@ -72,9 +72,10 @@ def castle():
 def apple(rings=20, sectors=28):
     """A profile with a dimple at the stalk and a smaller one below, turned about z."""
     t = np.linspace(0, np.pi, rings + 1)[1:-1]
-    radius = 0.5 * np.sin(t) * (1.12 + 0.10 * np.cos(t))
-    z = 0.42 * np.cos(t) * (1 - 0.42 * np.exp(-(np.sin(t) / 0.45) ** 2))
-    vertices = [[0, 0, 0.42 * 0.50], [0, 0, -0.42 * 0.62]]
+    radius = 0.5 * np.sin(t) ** 0.9 * (0.95 + 0.12 * np.cos(t))
+    dimple = 0.34 * np.exp(-(np.sin(t) / 0.42) ** 2)
+    z = 0.52 * np.cos(t) * (1 - np.where(t < np.pi / 2, dimple, 0.5 * dimple))
+    vertices = [[0, 0, 0.52 * 0.66], [0, 0, -0.52 * 0.83]]
     for r, h in zip(radius, z):
         vertices += [[r * np.cos(a), r * np.sin(a), h] for a in 2 * np.pi * np.arange(sectors) / sectors]
     at = lambda ring, sector: 2 + ring * sectors + sector % sectors
