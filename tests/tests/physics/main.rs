@@ -4,6 +4,7 @@
 mod bar;
 mod cantilever;
 mod discs;
+mod emitter;
 mod fields;
 mod guard;
 mod motion;

@@ -43,6 +43,7 @@ pub fn body(
         particle_volume: (dx / 2.0).powi(3) as f32,
         fields: u32::MAX >> 1,
         recycle: None,
+        emission: None,
         positions,
     }
 }

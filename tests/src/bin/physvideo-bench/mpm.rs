@@ -27,6 +27,7 @@ fn cube(edge: usize, spacing: f32) -> World {
         particle_volume: spacing.powi(3),
         fields: 0,
         recycle: None,
+        emission: None,
         positions,
     };
     World {
