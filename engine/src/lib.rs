@@ -5,6 +5,7 @@ pub mod accuracy;
 pub mod animate;
 pub mod assemble;
 pub mod backdrop;
+mod emission;
 pub mod estimate;
 pub mod flow;
 pub mod geometry;

@@ -50,7 +50,7 @@ const MUTANTS: [(&str, &str, &str, &str); 35] = [
 ];
 
 /// The same for what acts on bodies from outside.
-const EFFECTS: [(&str, &str, &str, &str); 11] = [
+const EFFECTS: [(&str, &str, &str, &str); 18] = [
     ("mpm/p2g", "field/vortex", "exp(-r / f.p1)", "exp(-r * r / f.p1)"),
     ("mpm/p2g", "field/vortex", "cross(f.a.xyz, x - f.b.xyz)", "cross(x - f.b.xyz, f.a.xyz)"),
     ("mpm/p2g", "field/vortex", "1.0, f.p2 == 0.0", "0.0, f.p2 == 0.0"),
@@ -58,6 +58,13 @@ const EFFECTS: [(&str, &str, &str, &str); 11] = [
     ("mpm/p2g", "field/noise", "let n = low * low + high * high", "let n = low + high"),
     ("mpm/p2g", "lib/hash", "v.w += v.y * v.z", "v.w += v.x * v.z"),
     ("mpm/p2g", "field/noise", "x.z - f.p2", "x.z + f.p2"),
+    ("cells/locate", "cells/locate", "awake.d[group.x] * 64u", "group.x * 64u"),
+    ("cells/locate", "cells/locate", "(QUARANTINED | ASLEEP)", "QUARANTINED"),
+    ("cells/count", "cells/count", "awake.d[group.x] * 64u", "group.x * 64u"),
+    ("cells/place", "cells/place", "awake.d[group.x] * 64u", "group.x * 64u"),
+    ("mpm/clock", "mpm/clock", "/ 64u - clock.idle_groups", "/ 64u"),
+    ("mpm/g2p", "mpm/g2p", "(PINNED | QUARANTINED | ASLEEP)", "(PINNED | QUARANTINED)"),
+    ("mpm/measure", "mpm/measure", "(p.tag & DORMANT) != 0u", "false"),
     ("source/recycle", "source/recycle", "all(x >= low) && all(x <= high)", "all(x >= low)"),
     ("source/recycle", "source/recycle", "(tag & (PINNED | QUARANTINED)) != 0u", "(tag & PINNED) != 0u"),
     ("source/recycle", "source/recycle", "turns.d[p] = turn + 1u;", ""),

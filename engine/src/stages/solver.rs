@@ -21,6 +21,10 @@ pub struct FrameStats {
     pub clamped_volume: u32,
     /// Particles taken out: not finite, or outside the grid.
     pub quarantined: u32,
+    /// Groups of 64 particles that each substep worked on; those not emitted yet and those asleep are in none.
+    pub groups: u32,
+    /// Particles that left an emitter.
+    pub emitted: u32,
     /// Particles that started anew at their source.
     pub recycled: u32,
     /// Attempts at the frame that were taken back and repeated with smaller steps.

@@ -70,6 +70,8 @@ pub struct Report {
     pub dt: Option<Range>,
     /// Limits that were hit.
     pub clamps: Clamps,
+    /// Particles that left an emitter.
+    pub emitted: u64,
     /// Times that a particle started anew at its source.
     pub recycled: u64,
     /// Sums over each simulated object at the start and the end.
@@ -216,6 +218,7 @@ impl Report {
         self.clamps.rejected += u64::from(stats.rejected);
         self.clamps.quarantined += u64::from(stats.quarantined);
         self.recycled += u64::from(stats.recycled);
+        self.emitted += u64::from(stats.emitted);
         if stats.substeps > 0 {
             let (min, max) = stats.dt;
             let so_far = self.dt.unwrap_or(Range { min, max });

@@ -5,7 +5,7 @@ mod refine;
 use std::path::Path;
 use std::time::Instant;
 
-use physvideo::animate::Animation;
+use physvideo::animate::{Animation, Snapshot};
 use physvideo::assemble::{Assembled, assemble};
 use physvideo::estimate::estimate;
 use physvideo::plan::Plan;
@@ -232,9 +232,9 @@ impl Clip<'_> {
             self.check_frame(animation, frame, &stats)?;
             if let Some(format) = points {
                 let since = Instant::now();
-                let (positions, velocities, bodies) = animation.particles()?;
+                let Snapshot { positions, velocities, bodies, numbers } = animation.particles()?;
                 let ids = bodies.iter().map(|b| self.assembled.object_of[*b as usize] as u32 + 1).collect();
-                let colors = self.assembled.colors.iter().map(|c| c.map(byte)).collect();
+                let colors = numbers.iter().map(|i| self.assembled.colors[*i as usize].map(byte)).collect();
                 writer.push(Job::Points { frame, format, positions, velocities, colors, ids });
                 self.report.took("points", since);
             }
@@ -316,7 +316,7 @@ impl Clip<'_> {
         if let Some(c) = self.report.conservation.iter().find(|c| !c.end.finite()) {
             return Err(broken(&c.object));
         }
-        let (positions, _, bodies) = animation.particles()?;
+        let Snapshot { positions, bodies, .. } = animation.particles()?;
         let lost = positions.iter().zip(&bodies).find(|(x, _)| x.iter().any(|c| !c.is_finite()));
         match lost.and_then(|(_, body)| self.report.particles.get(*body as usize)) {
             Some(p) => Err(broken(&p.object)),

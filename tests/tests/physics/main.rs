@@ -7,6 +7,7 @@ mod budget;
 mod cantilever;
 mod column;
 mod discs;
+mod emitter;
 mod fields;
 mod flows;
 mod guard;

@@ -1,6 +1,7 @@
 //! MLS-MPM (Hu 2018; Stomakhin 2013): particles carry state, the grid carries one substep.
 //! Records a batch of substeps once and submits it until the device says that the frame is done.
 
+mod awake;
 mod frame;
 mod run;
 mod start;
@@ -15,6 +16,7 @@ use physvideo_gpu::{Buf, Constants, DeviceKind, Feature, Gpu, GpuError, Groups, 
 use self::run::{MOST_RUNS, Run, runs};
 use self::start::{constants, initial_state, room};
 use super::cells::{self, Cells, PARTICLE_GROUPS};
+use super::emit::Emitter;
 use super::solver::{FrameStats, Measure, Solver};
 use super::source::Recycling;
 use crate::world::World;
@@ -84,6 +86,9 @@ pub struct Mpm<'gpu> {
     dx: f32,
     ranges: Vec<std::ops::Range<u64>>,
     runs: Vec<Run>,
+    emitters: Vec<Emitter>,
+    /// Groups of 64 particles that substeps work on.
+    groups: Vec<u32>,
 }
 
 /// Byte offset of the workgroup counts of the runs in `Clock`.
@@ -98,7 +103,8 @@ impl<'gpu> Mpm<'gpu> {
     /// The device's refusal of a buffer or a kernel.
     pub fn new(gpu: &'gpu Gpu, world: &World, method: Method) -> Result<Self, GpuError> {
         let count: u64 = world.bodies.iter().map(|b| b.positions.len() as u64).sum();
-        let (particles, deformations) = initial_state(world);
+        let (mut particles, deformations) = initial_state(world);
+        let emitters = Emitter::all(world, &mut particles, &deformations);
         let mut ranges = Vec::new();
         let mut first = 0;
         for body in &world.bodies {
@@ -164,8 +170,11 @@ impl<'gpu> Mpm<'gpu> {
             dx: world.dx,
             ranges,
             runs: runs(world, method),
+            emitters,
+            groups: (0..count.div_ceil(64) as u32).collect(),
         };
         mpm.update_stress()?;
+        mpm.choose_groups()?;
         Ok(mpm)
     }
 
@@ -210,7 +219,7 @@ impl<'gpu> Mpm<'gpu> {
         self.cells.record_clear(rec, k);
         rec.call(&mpm::Clock { clock, live }, k, Groups::Direct([1, 1, 1]));
         if let Some(recycling) = &self.recycling {
-            recycling.record(rec, k, particles, deformations, clock, self.particle_groups());
+            recycling.record(rec, k, particles, deformations, clock, self.cells.awake);
         }
         self.cells.record_sort(rec, k, particles, clock);
         match self.p2g {
@@ -306,7 +315,8 @@ impl<'gpu> Mpm<'gpu> {
             force_dt: self.force_dt,
             speed_bits: self.speed.to_bits(),
             particles: self.particles_in_use(),
-            particle_groups: [self.particles_in_use().div_ceil(64), 1, 1],
+            idle_groups: self.particles_in_use().div_ceil(64) - self.groups.len() as u32,
+            particle_groups: [self.groups.len() as u32, 1, 1],
             runs: self.run_groups(),
             ..Default::default()
         };
@@ -314,7 +324,13 @@ impl<'gpu> Mpm<'gpu> {
     }
 
     fn run_groups(&self) -> [[u32; 4]; MOST_RUNS] {
-        std::array::from_fn(|i| self.runs.get(i).map_or([0, 1, 1, 0], |r| [r.count.div_ceil(64), 1, 1, r.count]))
+        let busy = |r: &Run| match self.busy_groups(r.first, r.count) {
+            0 => 0,
+            // All particles of the scene are found by their cells, those of a stretch by their numbers.
+            some if self.runs.len() == 1 => r.count.min(64 * some),
+            _ => r.count,
+        };
+        std::array::from_fn(|i| self.runs.get(i).map_or([0, 1, 1, 0], |r| [busy(r).div_ceil(64), 1, 1, busy(r)]))
     }
 
     fn particles_in_use(&self) -> u32 {
@@ -393,6 +409,8 @@ impl Solver for Mpm<'_> {
 
 /// Flag of a particle that is held (`PINNED` in WGSL).
 pub const PINNED: u32 = 0x4000_0000;
+/// Flag of a particle that is not emitted yet, or no more (`DORMANT` in WGSL); comes with [`QUARANTINED`].
+pub const DORMANT: u32 = 0x0800_0000;
 /// Flag of a particle whose F is not that of its whole motion (`FLOWS` in WGSL).
 pub const FLOWS: u32 = 0x2000_0000;
 /// Flag of a particle that was taken out (`QUARANTINED` in WGSL).

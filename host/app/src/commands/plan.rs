@@ -103,14 +103,15 @@ fn numbers(loaded: &Loaded, plan: &Plan, estimate: &Estimate) -> String {
     if plan.runs("render") {
         lines.push(format!("{:<12} {frames} frames of {points} points", "drawing"));
     }
-    lines.push(format!("{:<12} at most {} are compiled", "pipelines", most_pipelines(plan)));
+    lines.push(format!("{:<12} at most {} are compiled", "pipelines", most_pipelines(loaded, plan)));
     lines.join("\n")
 }
 
 /// Kernels in the folders of the stages that run; variants that a scene does not use are not compiled.
-fn most_pipelines(plan: &Plan) -> usize {
+fn most_pipelines(loaded: &Loaded, plan: &Plan) -> usize {
     let used = |folder: &str| match folder {
         "cells" | "mpm" => plan.runs("simulate"),
+        "source" => plan.runs("simulate") && loaded.scene.objects.iter().any(|o| o.recycle.is_some()),
         "points" => plan.runs("render"),
         "latent" => plan.runs("flow"),
         _ => false,

@@ -63,6 +63,7 @@ fn cube(stuff: Stuff, edge: usize, spacing: f32) -> World {
         particle_volume: spacing.powi(3),
         fields: 0,
         recycle: None,
+        emission: None,
         positions,
     };
     World {

@@ -35,6 +35,7 @@ fn cubes(moving: usize, wide: bool) -> World {
             particle_volume: f32::powi(spacing, 3),
             fields: 0,
             recycle: None,
+            emission: None,
             positions: offsets.iter().map(|x| std::array::from_fn(|a| x[a] + corner[a])).collect(),
         }
     });
