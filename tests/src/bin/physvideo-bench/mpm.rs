@@ -9,7 +9,8 @@ use physvideo_gpu::{Gpu, Recording};
 
 use crate::stages;
 
-fn cube(edge: usize, spacing: f32) -> World {
+/// A cube that begins to fall, just above the ground.
+pub fn cube(edge: usize, spacing: f32) -> World {
     let mut positions = Vec::new();
     for i in 0..edge.pow(3) {
         let at = [i % edge, i / edge % edge, i / (edge * edge)];
