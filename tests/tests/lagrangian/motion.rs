@@ -42,8 +42,8 @@ fn a_block_spins_freely() {
     let mut solver = solver(&gpu, &world(vec![body(SOFT, 100.0, dx, cube.clone(), spin)], dx));
     let before = solver.measure(0).unwrap();
     // The start is the motion asked for: I = m a²/6 of a cube, less what particles at quarters of cells leave of it.
-    let moment: f64 = cube.iter().map(|x| f64::from(x[0]).powi(2) + f64::from(x[1]).powi(2)).sum::<f64>()
-        * before.mass / cube.len() as f64;
+    let moment: f64 = cube.iter().map(|x| f64::from(x[0]).powi(2) + f64::from(x[1]).powi(2)).sum::<f64>() * before.mass
+        / cube.len() as f64;
     // Lumping spreads a point over its nodes: m dx²/4 a direction, the second moment of the B-spline.
     let lumped = moment + before.mass * 2.0 * 0.25 * dx * dx;
     assert!((before.spin[2] / (4.0 * lumped) - 1.0).abs() < 1e-5, "{} of {}", before.spin[2], 4.0 * lumped);

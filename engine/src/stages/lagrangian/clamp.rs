@@ -38,10 +38,9 @@ enum Side {
 fn side(cells: &HashMap<At, Points>, at: At) -> Side {
     for distance in 0..4 {
         let near = around().filter(|s| s.iter().map(|c| c * c).sum::<i32>() == distance);
-        let all = near.filter_map(|s| cells.get(&moved(at, s))).fold(Points::default(), |sum, p| Points {
-            free: sum.free | p.free,
-            held: sum.held | p.held,
-        });
+        let all = near
+            .filter_map(|s| cells.get(&moved(at, s)))
+            .fold(Points::default(), |sum, p| Points { free: sum.free | p.free, held: sum.held | p.held });
         match (all.free > 0, all.held > 0) {
             (false, false) => {}
             (true, false) => return Side::Before,

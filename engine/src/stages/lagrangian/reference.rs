@@ -227,7 +227,9 @@ impl Reference {
                 }
                 let near = (0..125).map(|n| moved(at, [n % 5 - 2, n / 5 % 5 - 2, n / 25 - 2]));
                 let smooth = near.filter(|at| all.contains_key(at)).map(faces).fold(glam::Vec3::ZERO, |sum, f| {
-                    sum + glam::Vec3::from_array(std::array::from_fn(|a| (f >> (3 + a) & 1) as f32 - (f >> a & 1) as f32))
+                    sum + glam::Vec3::from_array(std::array::from_fn(|a| {
+                        (f >> (3 + a) & 1) as f32 - (f >> a & 1) as f32
+                    }))
                 });
                 let cell = &mut self.cells[first_cell as usize + number];
                 cell.skin = cell.skin.min(self.skins.len() as u32);
@@ -265,7 +267,8 @@ impl Affine {
             }
         }
         // A flat body says nothing of what changes across it.
-        let slope = if spread.determinant() > 1e-6 * n.powi(3) { product * spread.inverse() } else { glam::DMat3::ZERO };
+        let slope =
+            if spread.determinant() > 1e-6 * n.powi(3) { product * spread.inverse() } else { glam::DMat3::ZERO };
         Self { middle, mean, slope }
     }
 

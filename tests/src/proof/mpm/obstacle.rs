@@ -37,14 +37,18 @@ pub fn contact(c: &Collider, x: Vec3, v: Vec3, t: f64) -> (Vec3, f64) {
 }
 
 /// Signed distance, outward normal, and by how much the choice of the normal was unique.
-fn shape(kind: u32, size: Vec3, r: Vec3) -> (f64, Vec3, f64) {
+pub fn shape(kind: u32, size: Vec3, r: Vec3) -> (f64, Vec3, f64) {
     match kind {
         1 => (r.dot(&size), size, f64::INFINITY),
         2 => (r.norm() - size[0], r.normalize(), r.norm()),
         3 => {
             let q = r.abs() - size;
             let outside = q.map(|c| c.max(0.0));
-            if outside.norm() > 0.0 { (outside.norm(), outside, f64::INFINITY) } else { face(q, r, 1.0) }
+            if outside.norm() > 0.0 {
+                (outside.norm(), outside.component_mul(&r.map(f64::signum)).normalize(), f64::INFINITY)
+            } else {
+                face(q, r, 1.0)
+            }
         }
         // Outside of the room, the deepest wall pushes back in.
         4 => {
