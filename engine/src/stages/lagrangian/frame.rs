@@ -116,7 +116,8 @@ impl Lagrangian<'_> {
             self.finish()?;
             if let (Some((own, potential)), true, false) = (before, watch, bad) {
                 let now = self.energy()?;
-                bad = !(now.0 + now.1 - own - potential <= MOST_GAINED * now.0 + self.noise);
+                let gained = now.0 + now.1 - own - potential;
+                bad = gained.is_nan() || gained > MOST_GAINED * now.0 + self.noise;
             }
             if bad && watch {
                 self.gpu.run(&back)?;

@@ -222,7 +222,7 @@ impl Reference {
             for corner in 0..8 {
                 let at: At = std::array::from_fn(|a| 2 * place[a] + (corner >> a & 1));
                 let missing = faces(at);
-                if missing == 0 || !all.get(&at).is_some_and(|i| !held(*i)) {
+                if missing == 0 || all.get(&at).is_none_or(|i| held(*i)) {
                     continue;
                 }
                 let near = (0..125).map(|n| moved(at, [n % 5 - 2, n / 5 % 5 - 2, n / 25 - 2]));
