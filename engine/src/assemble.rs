@@ -98,10 +98,10 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
     let mut colors = Vec::new();
     let mut object_of = Vec::new();
     if plan.runs("bodies") {
-        for (index, object) in scene.objects.iter().enumerate() {
-            if object.material.is_none() {
-                continue;
-            }
+        // Bodies of one material follow each other: the solver calls each material's kernels once.
+        let mut simulated: Vec<_> = scene.objects.iter().enumerate().filter(|(_, o)| o.material.is_some()).collect();
+        simulated.sort_by_key(|(_, o)| o.material.map(|m| m.law().material));
+        for (index, object) in simulated {
             let filled = colored(scene, index, inputs, view.as_ref(), &lattice, &mut crowd)?;
             colors.extend_from_slice(&filled.colors);
             bodies.push(body(scene, index, object, filled, view.as_ref(), &mut notes)?);
@@ -143,10 +143,18 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
     }
     let domain = domain(scene, &bodies, dx);
     refuse_wide(domain, dx)?;
+    for (body, index) in bodies.iter().zip(&object_of) {
+        if let Some(r) = &body.recycle
+            && !reaches(domain, r)
+        {
+            let message = "the region lies outside the grid's domain, so nothing reaches it";
+            return Err(at(format!("object[{index}].recycle.region"), message).help("enlarge simulation.domain"));
+        }
+    }
     let world = World {
         bodies,
         gravity: scene.gravity,
-        fields: scene.fields.iter().map(world::field).collect(),
+        fields: scene.fields.iter().zip(0..).map(|(f, i)| world::field(f, scene.seed, i)).collect(),
         colliders,
         domain,
         dx,
@@ -365,10 +373,19 @@ fn body(
         positions: filled.positions,
         velocities,
         pinned,
+        gravity: object.gravity,
         // A photograph shows a held body sagged. One that nothing holds stands on something, and may fall from it.
         prestress,
         fields,
+        recycle: world::recycle(object, scene.seed, index as u32),
     })
+}
+
+/// Whether a region that particles return from lies in the grid's space at all.
+fn reaches((low, high): ([f32; 3], [f32; 3]), r: &physvideo_gpu::kernels::Return) -> bool {
+    let reach = if r.region == 2 { r.region_max[0] } else { 0.0 };
+    let end = |a: usize| if r.region == 2 { r.region_min[a] } else { r.region_max[a] };
+    (0..3).all(|a| r.region_min[a] - reach < high[a] && end(a) + reach > low[a])
 }
 
 /// The grid's space: the scene's, else the bodies' box doubled, down to the ground.

@@ -2,8 +2,9 @@
 //! never import each other. Knows nothing of files or of Vulkan.
 
 use physvideo_gpu::kernels;
+use physvideo_gpu::kernels::family::field;
 
-use crate::scene::{Collider, Field, FieldRegion, Material};
+use crate::scene::{Collider, Field, FieldRegion, Material, Object};
 
 /// Everything a run simulates.
 #[derive(Clone, Debug)]
@@ -27,28 +28,31 @@ pub struct World {
 }
 
 impl World {
-    /// Longest step that an explicit drag of the wind stands [s], 0 without wind: half of what makes it overshoot.
+    /// Longest step that the explicit drag of winds and damping stands [s], 0 without: half of what makes the strongest
+    /// overshoot.
     pub fn longest_step(&self) -> f32 {
-        let winds = self.fields.iter().filter(|f| f.kind == kernels::family::field::WIND);
-        let drag = winds.map(|f| f.p0).fold(0.0, f32::max);
+        let rate = |f: &kernels::Field| match f.kind {
+            field::WIND => f.p0,
+            field::DAMPING => f.a[..3].iter().copied().fold(0.0, f32::max),
+            _ => 0.0,
+        };
+        let drag = self.fields.iter().map(rate).fold(0.0, f32::max);
         if drag > 0.0 { 0.5 / drag } else { 0.0 }
     }
 
-    /// Fastest elastic wave of all bodies [m/s].
-    pub fn wave_speed(&self) -> f32 {
-        self.bodies.iter().map(Body::wave_speed).fold(0.0, f32::max)
+    /// Speeds that limit the step at rest, of the slowest and the fastest body [m/s].
+    pub fn wave_speeds(&self) -> (f32, f32) {
+        let speeds = self.bodies.iter().map(|b| b.step_speed(self.dx));
+        speeds.fold((f32::MAX, 0.0), |(low, high), c| (low.min(c), high.max(c)))
     }
 
     /// Substep at the start, when nothing moves faster than the waves [s].
     pub fn step(&self) -> f32 {
-        let waves = self.courant * self.dx / self.wave_speed();
+        let waves = self.courant * self.dx / self.wave_speeds().1;
         let longest = self.longest_step();
         self.force_dt.unwrap_or(if longest > 0.0 { waves.min(longest) } else { waves })
     }
 }
-
-/// Bit of a body's fields: its weight is carried from the start (`CARRIED` in WGSL).
-const CARRIED: u32 = 0x8000_0000;
 
 /// A simulated body.
 #[derive(Clone, Debug)]
@@ -67,31 +71,41 @@ pub struct Body {
     pub velocities: Vec<[f32; 3]>,
     /// Particles that are held.
     pub pinned: Vec<bool>,
+    /// Gravity that acts on it instead of the world's [m/s²].
+    pub gravity: Option<[f32; 3]>,
     /// Starts at rest under gravity: the stress that carries its weight is there from the start and stays as a dead
     /// load, so that only what changes moves it.
     pub prestress: bool,
     /// Bit i: field i acts on it.
     pub fields: u32,
+    /// Where its particles start anew after they have gone.
+    pub recycle: Option<kernels::Return>,
 }
 
-/// Lamé parameters [Pa] from Young's modulus and Poisson's ratio.
-pub fn lame(young: f32, poisson: f32) -> (f32, f32) {
-    let (e, nu) = (f64::from(young), f64::from(poisson));
-    ((e / (2.0 * (1.0 + nu))) as f32, (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))) as f32)
-}
+/// Viscosity across a cell, as a speed: the step C dx / (c + 3 η/(ρ dx)) stays at a quarter of dx² ρ/η for C = 0.75,
+/// half of what a filled lattice stands.
+const VISCOUS: f32 = 3.0;
 
 impl Body {
-    /// Kind, μ and λ of its material for the kernels.
-    pub fn constants(&self) -> kernels::Body {
-        let (material, young, poisson) = self.material.constants();
-        let (mu, lambda) = lame(young, poisson);
-        kernels::Body { material, fields: self.fields | if self.prestress { CARRIED } else { 0 }, mu, lambda }
+    /// Its material for the kernels, under the world's gravity [m/s²] unless it has its own, on cells of `dx` [m].
+    pub fn constants(&self, gravity: [f32; 3], dx: f32) -> kernels::Body {
+        let law = self.material.law();
+        // A body whose weight is carried from the start feels no gravity beyond it.
+        let gravity = if self.prestress { [0.0; 3] } else { self.gravity.unwrap_or(gravity) };
+        let wave = self.step_speed(dx);
+        let (material, mu, lambda, p) = (law.material, law.mu, law.lambda, law.own);
+        kernels::Body { material, fields: self.fields, mu, lambda, p, gravity, wave }
     }
 
-    /// Speed of the fastest elastic wave, c = sqrt((λ + 2μ)/ρ) [m/s].
+    /// Speed of the fastest wave at rest, c = sqrt((λ + 2μ)/ρ) [m/s].
     pub fn wave_speed(&self) -> f32 {
-        let b = self.constants();
-        ((b.lambda + 2.0 * b.mu) / self.density).sqrt()
+        let law = self.material.law();
+        ((law.lambda + 2.0 * law.mu) / self.density).sqrt()
+    }
+
+    /// Speed that limits the step at rest: of waves, and of viscosity across cells of `dx` [m/s].
+    pub fn step_speed(&self, dx: f32) -> f32 {
+        self.wave_speed() + VISCOUS * self.material.law().viscosity / (self.density * dx)
     }
 }
 
@@ -100,20 +114,43 @@ pub fn vec4(v: [f32; 3]) -> [f32; 4] {
     [v[0], v[1], v[2], 0.0]
 }
 
-/// A field of the scene as the kernels see it.
-pub fn field(field: &Field) -> kernels::Field {
+/// A field of the scene as the kernels see it; `seed` and its place among the fields choose its noise.
+pub fn field(field: &Field, seed: u64, index: usize) -> kernels::Field {
     let mut out = kernels::Field { start: field.start, end: field.end, ramp: field.ramp, ..Default::default() };
-    field.force.write(&mut out);
-    match field.region {
-        None => {}
-        Some(FieldRegion::Box { min, max }) => {
-            (out.region, out.region_min, out.region_max) = (1, vec4(min), vec4(max));
-        }
-        Some(FieldRegion::Ball { center, radius }) => {
-            (out.region, out.region_min, out.region_max) = (2, vec4(center), [radius, 0.0, 0.0, 0.0]);
-        }
+    // Folded to what f32 holds exactly.
+    let folded = (seed ^ (seed >> 24) ^ (seed >> 48)) & 0x00ff_ffff;
+    field.force.write([folded as f32, index as f32], &mut out);
+    if let Some(r) = field.region {
+        (out.region, out.region_min, out.region_max) = region(r);
     }
     out
+}
+
+/// How the particles of an object start anew as the kernels see it; `seed` and the object's place choose the random
+/// places. Absent where the object does not ask for it.
+pub fn recycle(object: &Object, seed: u64, index: u32) -> Option<kernels::Return> {
+    let recycle = object.recycle?;
+    let liquid = matches!(object.material, Some(Material::Liquid { .. }));
+    let (region, region_min, region_max) = region(recycle.region);
+    Some(kernels::Return {
+        region,
+        region_min,
+        region_max,
+        solid: if liquid { 0.0 } else { 1.0 },
+        stream: (seed as u32) ^ ((seed >> 32) as u32).rotate_left(16) ^ index.rotate_left(24),
+        source_min: vec4(recycle.to.min),
+        source_max: vec4(recycle.to.max),
+        velocity: vec4(object.velocity),
+        ..Default::default()
+    })
+}
+
+/// A region as the kernels see it: its kind, and two vectors that say where it is.
+pub fn region(region: FieldRegion) -> (u32, [f32; 4], [f32; 4]) {
+    match region {
+        FieldRegion::Box { min, max } => (1, vec4(min), vec4(max)),
+        FieldRegion::Ball { center, radius } => (2, vec4(center), [radius, 0.0, 0.0, 0.0]),
+    }
 }
 
 /// An obstacle of the scene as the kernels see it.

@@ -53,6 +53,7 @@ name = "toy"
 source.mesh = { file = "toy.obj", yaw = 30 }
 material.neo_hookean = {}
 velocity = [0, 0, -1]
+gravity = [0, 0, 9.81]
 prestress = false
 
 [[object]]
@@ -60,8 +61,35 @@ name = "cloud"
 source.points = { file = "cloud.ply", scale = 0.01 }
 
 [[object]]
+name = "clay"
+source.ball = { center = [0, 0, 1], radius = 0.1 }
+material.plastic = { yield_stress = 500, hardening = 100 }
+
+[[object]]
+name = "snowball"
+source.ball = { center = [0, 0, 2], radius = 0.1 }
+material.snow = { hardening = 5 }
+
+[[object]]
+name = "bubbles"
+source.ball = { center = [0, 0, 3], radius = 0.1 }
+material.foam = {}
+
+[[object]]
+name = "castle"
+source.ball = { center = [0, 0, 4], radius = 0.1 }
+material.sand = { friction = 0.7 }
+
+[[object]]
+name = "water"
+source.ball = { center = [0, 0, 5], radius = 0.1 }
+material.liquid = { viscosity = 1e-3 }
+
+[[object]]
 name = "crate"
 source.box = { min = [0, 0, 0], max = [1, 1, 1] }
+material.snow = {}
+recycle = { region.box = { min = [0, 0, 3], max = [1, 1, 4] }, to = { min = [0, 0, 0], max = [1, 1, 1] } }
 color = [1, 0.5, 0]
 
 [[collider]]
@@ -83,6 +111,15 @@ objects = ["leaves"]
 
 [[field]]
 force.point = { center = [0, 0, 1], radius = 0.1, acceleration = [0, 5, 0] }
+
+[[field]]
+force.vortex = { center = [0, 0, 0], axis = [0, 0, 1], strength = 2, radius = 0.2, frequency = 1 }
+
+[[field]]
+force.noise = { amplitude = 1, growth = 0.5, from = 0.1, length = 0.1, time = 0.2, axes = [1, 1, 0] }
+
+[[field]]
+force.damping = { rate = [0, 0, 4] }
 
 [render]
 compositing = "alpha"
@@ -134,8 +171,9 @@ fn bad_scenes_say_what_is_wrong_and_where() {
 #[test]
 fn a_good_scene_is_read_and_survives_being_written() {
     let scene = parse(GOOD, "good.toml").unwrap_or_else(|errors| panic!("{errors}"));
-    assert_eq!(scene.objects.len(), 5);
-    assert_eq!(scene.objects.iter().map(Object::prestressed).collect::<Vec<_>>(), [true, false, false, false, false]);
+    assert_eq!(scene.objects.len(), 10);
+    let starts: Vec<bool> = scene.objects.iter().map(Object::prestressed).collect();
+    assert_eq!(starts, std::array::from_fn::<_, 10, _>(|i| i == 0));
     let written = toml::to_string(&scene).unwrap();
     let again = parse(&written, "again.toml").unwrap_or_else(|errors| panic!("{errors}\n{written}"));
     assert_eq!(again, scene);

@@ -84,8 +84,8 @@ pub fn members(root: &Path, family: &str) -> Result<Vec<Member>, String> {
 }
 
 /// The switch over a family's members: each `FAMILY/NAME.wgsl` exports `fn FAMILY_NAME(…)`; its first line is
-/// `//! member K of fn (args) -> T = else-value`. Each member has an override `FAMILY_NAME_USED`, so a scene
-/// pays only for the members it uses.
+/// `//! member K of fn (args) -> T = else-value`. Each member has a constant `FAMILY_NAME` with its number and an
+/// override `FAMILY_NAME_USED`, so a scene pays only for the members it uses.
 fn family_switch(root: &Path, family: &str) -> Result<String, String> {
     let mut overrides = String::new();
     let mut cases = String::new();
@@ -99,7 +99,8 @@ fn family_switch(root: &Path, family: &str) -> Result<String, String> {
         let arguments = argument_names(sig).join(", ");
         let flag = flag(family, name);
         uses += &format!("//! use {family}/{name}\n");
-        overrides += &format!("override {flag}: bool = true;\n");
+        overrides +=
+            &format!("override {flag}: bool = true;\nconst {}: u32 = {kind}u;\n", flag.trim_end_matches("_USED"));
         cases += &format!("    if ({flag} && kind == {kind}u) {{ return {family}_{name}({arguments}); }}\n");
     }
     let sig = signature.ok_or_else(|| format!("family `{family}` has no members"))?;

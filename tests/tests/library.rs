@@ -3,7 +3,7 @@
 use physvideo_gpu::kernels::{Deformation, Particle};
 use physvideo_gpu::{Command, Constants, Groups, Recording};
 use physvideo_tests::proof::harness::{PATTERNS, run};
-use physvideo_tests::proof::mpm::{Mat3, Vec3, elastic};
+use physvideo_tests::proof::mpm::{Mat3, Vec3, law};
 use physvideo_tests::proof::{self, Ask};
 use physvideo_tests::random::Random;
 use physvideo_tests::{device, probe};
@@ -99,7 +99,7 @@ fn polar_gives_the_rotation_of_a_hundred_thousand_matrices() {
             (r.transpose() * r - Mat3::identity()).norm(),
             (r.determinant() - 1.0).abs(),
             (stretch - stretch.transpose()).norm() / sum,
-            (r - elastic::rotation(&f)).norm(),
+            (r - law::rotation(&f)).norm(),
         ];
         let error = errors.into_iter().fold(0.0, f64::max) * defined;
         assert!(error.is_finite(), "{f} {r}");
@@ -110,6 +110,90 @@ fn polar_gives_the_rotation_of_a_hundred_thousand_matrices() {
     // defined. For needles the quartic's largest root is nearly double besides, which costs more digits.
     let allowed = |kind: usize| if kind == 3 { 1e-5 } else { 3e-6 };
     assert!(worst.iter().enumerate().all(|(kind, e)| *e < allowed(kind)), "{worst:?}");
+    assert_eq!(gpu.messages(), Vec::<String>::new());
+}
+
+const SVD: &str = concat!(
+    include_str!("../../kernels/wgsl/lib/svd.wgsl"),
+    "
+    struct Matrices { d: array<mat3x3f> }
+    struct Vectors { d: array<vec4f> }
+    @group(0) @binding(0) var<storage, read> f: Matrices;
+    @group(0) @binding(1) var<storage, read_write> u: Matrices;
+    @group(0) @binding(2) var<storage, read_write> s: Vectors;
+    @group(0) @binding(3) var<storage, read_write> v: Matrices;
+    @compute @workgroup_size(64)
+    fn main(@builtin(global_invocation_id) id: vec3u) {
+        if (id.x >= arrayLength(&f.d)) { return; }
+        let a = svd(f.d[id.x]);
+        u.d[id.x] = a.u;
+        s.d[id.x] = vec4f(a.s, 0.0);
+        v.d[id.x] = a.v;
+    }"
+);
+
+/// Beyond what particles have: rank 1 and 0, single columns, and sizes at both ends of f32.
+fn extreme(kind: usize, random: &mut Random) -> Mat3 {
+    let plain = singular_values(kind % 8, random);
+    let f = turn(random) * Mat3::from_diagonal(&plain) * turn(random);
+    match kind {
+        0..8 => f,
+        8 => f * 1e35,
+        9 => f * 1e-36,
+        10 => Mat3::from_columns(&[f.column(0) * 1.0, f.column(0) * 2.0, f.column(0) * -0.5]),
+        11 => Mat3::from_columns(&[Vec3::zeros(), f.column(1).into(), Vec3::zeros()]),
+        12 => Mat3::zeros(),
+        13 => turn(random) * Mat3::from_diagonal(&Vec3::new(1.0, 1e-7, 1e-14)) * turn(random),
+        14 => Mat3::identity() * plain[0],
+        _ => Mat3::from_diagonal(&plain),
+    }
+}
+
+/// F = U Σ Vᵀ with rotations and ordered values, of a million matrices.
+#[test]
+fn singular_values_of_a_million_matrices() {
+    const BATCH: usize = 1 << 16;
+    let gpu = device::gpu();
+    let bindings = [("f", true, false), ("u", false, true), ("s", false, true), ("v", false, true)];
+    let kernel = probe::kernel("probe/svd", 64, SVD, &bindings, &[]);
+    let f = gpu.alloc::<[f32; 12]>("run", "f", BATCH as u64).unwrap();
+    let u = gpu.alloc::<[f32; 12]>("run", "u", BATCH as u64).unwrap();
+    let s = gpu.alloc::<[f32; 4]>("run", "s", BATCH as u64).unwrap();
+    let v = gpu.alloc::<[f32; 12]>("run", "v", BATCH as u64).unwrap();
+    let mut rec = Recording::new("svd");
+    rec.commands.push(Command::Call {
+        kernel,
+        constants: Constants::none(),
+        bufs: vec![f.erase(), u.erase(), s.erase(), v.erase()],
+        immediates: vec![],
+        groups: Groups::Direct([BATCH as u32 / 64, 1, 1]),
+    });
+    let mut random = Random::new(12);
+    let mut worst = [[0.0f64; 3]; 16];
+    for _ in 0..1_000_000_usize.div_ceil(BATCH) {
+        let inputs: Vec<[f32; 12]> = (0..BATCH).map(|i| columns(&extreme(i % 16, &mut random))).collect();
+        gpu.write(f, 0, &inputs).unwrap();
+        gpu.run(&rec).unwrap();
+        let (us, ss, vs) = (gpu.read(u).unwrap(), gpu.read(s).unwrap(), gpu.read(v).unwrap());
+        for (i, input) in inputs.iter().enumerate() {
+            let (f, u, v) = (matrix(input), matrix(&us[i]), matrix(&vs[i]));
+            let s = Vec3::new(ss[i][0].into(), ss[i][1].into(), ss[i][2].into());
+            let size = f.norm();
+            let back = (u * Mat3::from_diagonal(&s) * v.transpose() - f).norm();
+            let proper = |m: &Mat3| (m.transpose() * m - Mat3::identity()).norm() + (m.determinant() - 1.0).abs();
+            let errors = [if size > 0.0 { back / size } else { back }, proper(&u), proper(&v)];
+            for (worst, error) in worst[i % 16].iter_mut().zip(errors) {
+                assert!(error.is_finite(), "{f} {u} {s} {v}");
+                *worst = worst.max(error);
+            }
+            // Values as good as equal come in any order.
+            let order = |a: f64, b: f64| a * (1.0 + 1e-6) >= b;
+            assert!(order(s[0], s[1]) && order(s[1], s[2].abs()), "values out of order: {s} of {f}");
+        }
+    }
+    println!("worst of F − U Σ Vᵀ, U and V by kind: {worst:?}");
+    // Some twenty rotations, each off by the rounding of f32.
+    assert!(worst.iter().flatten().all(|e| *e < 3e-6), "{worst:?}");
     assert_eq!(gpu.messages(), Vec::<String>::new());
 }
 

@@ -6,7 +6,7 @@ use physvideo_tests::proof::{Ask, find};
 use physvideo_tests::{device, folder};
 
 /// Kernel whose proof must fail, file, what stands there, what is put in its place.
-const MUTANTS: [(&str, &str, &str, &str); 21] = [
+const MUTANTS: [(&str, &str, &str, &str); 35] = [
     ("cells/clear", "cells/clear", "group.x >= grid.capacity", "group.x >= grid.capacity + 1u"),
     ("cells/locate", "lib/grid", "vec3f(0.5)", "vec3f(0.45)"),
     ("cells/locate", "cells/locate", "!finite(texel(was, 6u * p + 1u).xyz) || ", ""),
@@ -30,9 +30,38 @@ const MUTANTS: [(&str, &str, &str, &str); 21] = [
     ("mpm/grid", "lib/node", "if (!finite(v)) {", "if (false) {"),
     ("mpm/grid_rows", "mpm/grid_rows", "n1 += texel(shares, at + 45u)", "n1 += texel(shares, at + 36u)"),
     ("cells/link", "cells/link", "lane < 8u", "lane < 7u"),
-    ("mpm/g2p", "material/corotated", "2.0 * b.mu", "1.999 * b.mu"),
+    ("mpm/g2p", "material/corotated", "tau = 2.0 * b.mu", "tau = 1.999 * b.mu"),
     ("mpm/g2p", "mpm/g2p", "z.g.z * c.v", "z.g.y * c.v"),
+    ("mpm/g2p", "mpm/g2p", "FOLLOW * (packed - next)", "0.09 * (packed - next)"),
+    ("mpm/g2p", "mpm/g2p", "grid.first + id.x", "id.x"),
+    ("mpm/g2p", "mpm/g2p", "!finite(trial.f[0] + trial.f[1] + trial.f[2]) ||", ""),
+    ("mpm/g2p", "material/plastic", "0.66666667 * b.p.y", "0.6 * b.p.y"),
+    ("mpm/g2p", "material/plastic", "t.memory + 0.81649658 * flow", "t.memory + flow"),
+    ("mpm/g2p", "material/snow", "1.0 + b.p.y", "1.0 + b.p.x"),
+    ("mpm/g2p", "material/snow", "b.p.z * (1.0 - volume)", "b.p.z * (1.0 - j)"),
+    ("mpm/g2p", "material/sand", "strain.x + strain.y + strain.z;", "strain.x + strain.y + strain.z - t.memory;"),
+    ("mpm/g2p", "material/sand", "3.0 * b.lambda + 2.0 * b.mu", "2.0 * b.lambda + 2.0 * b.mu"),
+    ("mpm/g2p", "material/liquid", "(2.0 / 3.0)", "0.5"),
+    ("mpm/measure", "material/liquid", "/ (gamma - 1.0)", "/ gamma"),
+    ("mpm/g2p", "lib/svd", "cross(u0, u1)", "cross(u1, u0)"),
+    ("mpm/clock", "mpm/clock", "clock.runs[i].x = 0u", "clock.runs[0].x = 0u"),
+    ("points/carry", "points/carry", "(tag & FLOWS) != 0u", "false"),
     ("mpm/measure", "mpm/measure", "0.5 * dot(momentum, p.v)", "0.49 * dot(momentum, p.v)"),
+];
+
+/// The same for what acts on bodies from outside.
+const EFFECTS: [(&str, &str, &str, &str); 11] = [
+    ("mpm/p2g", "field/vortex", "exp(-r / f.p1)", "exp(-r * r / f.p1)"),
+    ("mpm/p2g", "field/vortex", "cross(f.a.xyz, x - f.b.xyz)", "cross(x - f.b.xyz, f.a.xyz)"),
+    ("mpm/p2g", "field/vortex", "1.0, f.p2 == 0.0", "0.0, f.p2 == 0.0"),
+    ("mpm/p2g", "field/damping", "-f.a.xyz * v", "-f.a.x * v"),
+    ("mpm/p2g", "field/noise", "let n = low * low + high * high", "let n = low + high"),
+    ("mpm/p2g", "lib/hash", "v.w += v.y * v.z", "v.w += v.x * v.z"),
+    ("mpm/p2g", "field/noise", "x.z - f.p2", "x.z + f.p2"),
+    ("source/recycle", "source/recycle", "all(x >= low) && all(x <= high)", "all(x >= low)"),
+    ("source/recycle", "source/recycle", "(tag & (PINNED | QUARANTINED)) != 0u", "(tag & PINNED) != 0u"),
+    ("source/recycle", "source/recycle", "turns.d[p] = turn + 1u;", ""),
+    ("source/recycle", "source/recycle", "/ 16777216.0", "/ 33554432.0"),
 ];
 
 /// The same for drawing.
@@ -50,8 +79,8 @@ const POINTS: [(&str, &str, &str, &str); 23] = [
     ("points/blend", "lib/pixel", "1.0 - weight", "1.001 - weight"),
     ("points/blend", "points/blend", "min(ends.d[tile], call.room)", "ends.d[tile]"),
     ("points/blend_shared", "points/blend_shared", "min(to.zw, vec2i(7))", "min(to.zw, vec2i(6))"),
-    ("points/carry", "points/carry", "(turned - offset)", "turned - offset * 0.9999"),
-    ("points/carry", "points/carry", "(bitcast<u32>(now.w) & QUARANTINED) != 0u", "false"),
+    ("points/carry", "points/carry", "turned - offset, vec3f", "turned - offset * 0.9999, vec3f"),
+    ("points/carry", "points/carry", "(tag & QUARANTINED) != 0u", "false"),
     ("points/compose", "points/compose", "vec3u(127u)", "vec3u(126u)"),
     ("points/nearest32", "points/nearest32", "d.x >= d.y", "d.x > d.y"),
     ("points/nearest64", "points/nearest64", "u64(i);", "u64(screen.points - i);"),
@@ -128,7 +157,7 @@ const LATENT: [(&str, &str, &str, &str); 30] = [
 fn every_mistake_is_caught() {
     let copy = tempfile::tempdir().unwrap();
     let mut missed = Vec::new();
-    for (kernel, file, from, to) in MUTANTS.into_iter().chain(LAGRANGIAN).chain(LATENT).chain(POINTS) {
+    for (kernel, file, from, to) in MUTANTS.into_iter().chain(EFFECTS).chain(LAGRANGIAN).chain(LATENT).chain(POINTS) {
         folder::copy_kernels(copy.path());
         folder::edit(copy.path(), file, from, to);
         let gpu = device::open(Options { wgsl: Some(copy.path().into()), validation: false, ..device::options() });

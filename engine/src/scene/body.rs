@@ -1,12 +1,12 @@
-//! What a body is: geometry, material, motion and pins, as plain data. Knows nothing of particles or files' contents.
+//! What a body is: geometry, motion and pins, as plain data. Knows nothing of particles or files' contents.
 
 use std::path::PathBuf;
 
-use physvideo_gpu::kernels::family::material;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::model::one;
+use super::{Domain, FieldRegion, Material};
 
 /// A body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -30,9 +30,15 @@ pub struct Object {
     /// Initial angular velocity about the centre of mass [rad/s].
     #[serde(default)]
     pub angular_velocity: [f32; 3],
+    /// Gravity of this object alone [m/s²], [0, 0, 9.81] for what rises; absent: the scene's.
+    #[serde(default)]
+    pub gravity: Option<[f32; 3]>,
     /// Starts at rest under gravity: the shape given is the sagged one. Default: true from a photo, else false.
     #[serde(default)]
     pub prestress: Option<bool>,
+    /// Where its particles start anew after they have gone; absent: nowhere.
+    #[serde(default)]
+    pub recycle: Option<Recycle>,
     /// Regions of the body that are held where they are.
     #[serde(default)]
     pub pins: Vec<Region>,
@@ -51,6 +57,16 @@ fn default_density() -> f32 {
 }
 fn default_color() -> [f32; 3] {
     [0.8, 0.8, 0.8]
+}
+
+/// Particles that reach a region start anew somewhere else: undeformed, at the object's velocity.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Recycle {
+    /// What they must reach; a cell thick at the least, so that none passes it in a substep.
+    pub region: FieldRegion,
+    /// Box of the source, apart from the region; each comes to a random place in it, the same on every run.
+    pub to: Domain,
 }
 
 /// Geometry of a body.
@@ -147,51 +163,6 @@ impl Default for Thickness {
 
 fn default_max_thickness() -> f32 {
     0.5
-}
-
-/// Material of a body, with the paper's defaults.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "snake_case")]
-pub enum Material {
-    /// Fixed-corotated elasticity (Stomakhin 2012).
-    Elastic {
-        /// Young's modulus [Pa].
-        #[serde(default = "default_young")]
-        #[schemars(extend("exclusiveMinimum" = 0.0))]
-        young: f32,
-        /// Poisson's ratio, 0 ≤ ν < 0.5.
-        #[serde(default = "default_poisson")]
-        #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 0.5))]
-        poisson: f32,
-    },
-    /// Compressible neo-Hookean elasticity.
-    NeoHookean {
-        /// Young's modulus [Pa].
-        #[serde(default = "default_young")]
-        #[schemars(extend("exclusiveMinimum" = 0.0))]
-        young: f32,
-        /// Poisson's ratio, 0 ≤ ν < 0.5.
-        #[serde(default = "default_poisson")]
-        #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 0.5))]
-        poisson: f32,
-    },
-}
-
-impl Material {
-    /// Number among the kernels' materials, Young's modulus [Pa], Poisson's ratio.
-    pub fn constants(&self) -> (u32, f32, f32) {
-        match *self {
-            Material::Elastic { young, poisson } => (material::COROTATED, young, poisson),
-            Material::NeoHookean { young, poisson } => (material::NEO_HOOKEAN, young, poisson),
-        }
-    }
-}
-
-fn default_young() -> f32 {
-    8e4
-}
-fn default_poisson() -> f32 {
-    0.32
 }
 
 /// A region of space.

@@ -148,11 +148,69 @@ pub enum Force {
         /// Acceleration [m/s²].
         acceleration: [f32; 3],
     },
+    /// A curl: acceleration = strength · exp(−r/radius) · sin(2π frequency t) along the circles around an axis, r the
+    /// distance from it (paper's steam: radius 0.20, axis z). Counter-clockwise seen from the axis's tip.
+    Vortex {
+        /// A point of the axis [m].
+        center: [f32; 3],
+        /// Direction of the axis, any length but 0.
+        #[serde(default = "upward")]
+        axis: [f32; 3],
+        /// Acceleration next to the axis [m/s²]; below 0 it turns the other way.
+        strength: f32,
+        /// Distance over which it falls off [m].
+        #[serde(default = "default_radius")]
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        radius: f32,
+        /// How often it swings to and fro [Hz]; 0: steady.
+        #[serde(default)]
+        #[schemars(range(min = 0.0))]
+        frequency: f32,
+    },
+    /// Random pushes, smooth in space and time, with mean 0: turbulence, or the diffusion of steam, which grows with
+    /// height. The same for the same seed on every device.
+    Noise {
+        /// Standard deviation of each component at the height `from` [m/s²].
+        #[schemars(range(min = 0.0))]
+        amplitude: f32,
+        /// What the standard deviation gains per metre of height [1/s²]; where it would be below 0 nothing acts.
+        #[serde(default)]
+        growth: f32,
+        /// Height at which it is `amplitude` [m].
+        #[serde(default)]
+        from: f32,
+        /// Correlation length [m]: half of the correlation is left over 0.7 of it, a fifth over one, none over two.
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        length: f32,
+        /// Correlation time [s], likewise.
+        #[schemars(extend("exclusiveMinimum" = 0.0))]
+        time: f32,
+        /// Factors of its components; [1, 1, 0] pushes sideways only.
+        #[serde(default = "all_axes")]
+        axes: [f32; 3],
+    },
+    /// Linear drag of each component of the velocity: acceleration = −rate · velocity.
+    Damping {
+        /// Rate of each component [1/s]; [0, 0, 5] slows only what rises or falls.
+        #[schemars(inner(range(min = 0.0)))]
+        rate: [f32; 3],
+    },
+}
+
+fn upward() -> [f32; 3] {
+    [0.0, 0.0, 1.0]
+}
+fn default_radius() -> f32 {
+    0.2
+}
+fn all_axes() -> [f32; 3] {
+    [1.0; 3]
 }
 
 impl Force {
-    /// Writes its number among the kernels' fields and its parameters.
-    pub fn write(&self, out: &mut kernels::Field) {
+    /// Writes its number among the kernels' fields and its parameters. `stream` is what makes one noise differ from
+    /// another: whole numbers below 2²⁴.
+    pub fn write(&self, stream: [f32; 2], out: &mut kernels::Field) {
         match *self {
             Force::Wind { velocity, drag, gust, frequency } => {
                 (out.kind, out.a) = (field::WIND, vec4(velocity));
@@ -165,6 +223,17 @@ impl Force {
             Force::Uniform { acceleration } => {
                 (out.kind, out.a) = (field::UNIFORM, vec4(acceleration));
             }
+            Force::Vortex { center, axis, strength, radius, frequency } => {
+                let axis = glam::Vec3::from(axis).normalize_or(glam::Vec3::Z).to_array();
+                (out.kind, out.a, out.b) = (field::VORTEX, vec4(axis), vec4(center));
+                (out.p0, out.p1, out.p2) = (strength, radius, frequency);
+            }
+            Force::Noise { amplitude, growth, from, length, time, axes } => {
+                (out.kind, out.a, out.b) = (field::NOISE, vec4(axes), [time, stream[0], stream[1], 0.0]);
+                out.a[3] = length;
+                (out.p0, out.p1, out.p2) = (amplitude, growth, from);
+            }
+            Force::Damping { rate } => (out.kind, out.a) = (field::DAMPING, vec4(rate)),
         }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::errors::{Kind, Problem};
 use super::structure::{nearest, suggest};
-use super::{Field, FieldRegion, Object, Pool, Region, Scene, Shape, Source, Thickness};
+use super::{Domain, Field, FieldRegion, Force, Object, Pool, Recycle, Region, Scene, Shape, Source, Thickness};
 use crate::flow::SdeRule;
 
 /// Every broken rule, at its key path.
@@ -128,6 +128,9 @@ impl Rules<'_> {
             Source::Box { min, max } => self.ordered(&format!("{key}.source.box"), min, max),
             Source::Mesh { .. } | Source::Points { .. } | Source::Ball { .. } => {}
         }
+        if let Some(recycle) = &object.recycle {
+            self.recycle(key, object, recycle);
+        }
         for (index, pin) in object.pins.iter().enumerate() {
             let key = format!("{key}.pins[{index}]");
             match pin {
@@ -154,6 +157,30 @@ impl Rules<'_> {
         }
     }
 
+    fn recycle(&mut self, object_key: &str, object: &Object, recycle: &Recycle) {
+        let key = format!("{object_key}.recycle");
+        if object.material.is_none() || matches!(object.source, Source::Mask { .. }) {
+            let message = "only an object with a material that is not seen in the photograph can start anew";
+            self.report(Kind::Conflict, key.clone(), message, "give it a material, or remove this key");
+        }
+        let Domain { min, max } = recycle.to;
+        self.ordered(&format!("{key}.to"), &min, &max);
+        let apart = match recycle.region {
+            FieldRegion::Box { min: low, max: high } => {
+                self.ordered(&format!("{key}.region.box"), &low, &high);
+                (0..3).any(|a| max[a] < low[a] || min[a] > high[a])
+            }
+            FieldRegion::Ball { center, radius } => {
+                let gap = |a: usize| center[a] - center[a].clamp(min[a].min(max[a]), max[a].max(min[a]));
+                (0..3).map(|a| gap(a) * gap(a)).sum::<f32>() > radius * radius
+            }
+        };
+        if !apart {
+            let message = "the source reaches into the region, so particles would start anew for ever";
+            self.report(Kind::Conflict, format!("{key}.to"), message, "move them apart");
+        }
+    }
+
     fn shape(&mut self, key: &str, shape: &Shape) {
         match shape {
             Shape::Plane { normal, .. } => self.direction(&format!("{key}.plane.normal"), *normal),
@@ -167,6 +194,9 @@ impl Rules<'_> {
         self.times(key, field.start, field.end);
         if let Some(FieldRegion::Box { min, max }) = &field.region {
             self.ordered(&format!("{key}.region.box"), min, max);
+        }
+        if let Force::Vortex { axis, .. } = field.force {
+            self.direction(&format!("{key}.force.vortex.axis"), axis);
         }
         for (index, name) in field.objects.iter().flatten().enumerate() {
             self.known(&format!("{key}.objects[{index}]"), name);

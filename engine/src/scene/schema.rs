@@ -62,7 +62,9 @@ mod tests {
     use crate::scene::parse;
 
     /// Keys that may be absent and then mean "not there" or "chosen from the rest", so they have no default value.
-    const OPTIONAL: [&str; 31] = [
+    const OPTIONAL: [&str; 33] = [
+        "recycle",
+        "gravity",
         "photo",
         "camera",
         "ground",

@@ -7,4 +7,5 @@ pub mod latent;
 pub mod mpm;
 pub mod render;
 pub mod solver;
+pub mod source;
 pub mod view;

@@ -21,6 +21,8 @@ pub struct FrameStats {
     pub clamped_volume: u32,
     /// Particles taken out: not finite, or outside the grid.
     pub quarantined: u32,
+    /// Particles that started anew at their source.
+    pub recycled: u32,
     /// Attempts at the frame that were taken back and repeated with smaller steps.
     pub rejected: u32,
     /// The frame was given up as [`Solver::stop_when`] asked; nothing has moved.

@@ -70,6 +70,8 @@ pub struct Report {
     pub dt: Option<Range>,
     /// Limits that were hit.
     pub clamps: Clamps,
+    /// Times that a particle started anew at its source.
+    pub recycled: u64,
     /// Sums over each simulated object at the start and the end.
     pub conservation: Vec<Conservation>,
     /// The network's part.
@@ -213,6 +215,7 @@ impl Report {
         self.clamps.volume += u64::from(stats.clamped_volume);
         self.clamps.rejected += u64::from(stats.rejected);
         self.clamps.quarantined += u64::from(stats.quarantined);
+        self.recycled += u64::from(stats.recycled);
         if stats.substeps > 0 {
             let (min, max) = stats.dt;
             let so_far = self.dt.unwrap_or(Range { min, max });

@@ -285,8 +285,12 @@ impl Clip<'_> {
 
     fn measure(&self, animation: &Animation) -> Result<Vec<Sums>, AppError> {
         let Some(solver) = &animation.solver else { return Ok(Vec::new()) };
-        (0..self.report.particles.len())
-            .map(|index| Ok(Sums::new(&solver.measure(index).map_err(AppError::Gpu)?, self.scene.gravity)))
+        let bodies = self.assembled.world.bodies.iter().enumerate();
+        bodies
+            .map(|(index, body)| {
+                let gravity = body.gravity.unwrap_or(self.scene.gravity);
+                Ok(Sums::new(&solver.measure(index).map_err(AppError::Gpu)?, gravity))
+            })
             .collect()
     }
 

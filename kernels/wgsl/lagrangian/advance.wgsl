@@ -53,8 +53,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     // Read once and first: a software driver makes one load of a uniform address only before any branch.
     let dt = clock.dt;
     let time = clock.frame_start + clock.t;
-    let gravity = texel(forces, 0u).xyz;
-    let field_count = textureLoad(forces, 1u, 0).x;
+    let field_count = textureLoad(forces, 0u, 0).x;
     let n = id.x;
     if (n >= reference.nodes) { return; }
     let head = texel(nodes, 4u * n);
@@ -66,8 +65,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let was = texel(u_was, n).xyz;
     let last = texel(v_was, n);
     let before = last.xyz;
-    let fields = load_solid(solids, tag & BODY_MASK).fields;
-    let a = acceleration(fields, gravity, field_count, head.xyz + was, before, time);
+    let solid = load_solid(solids, tag & BODY_MASK);
+    let a = acceleration(solid.fields, solid.gravity, field_count, head.xyz + was, before, time);
     var now = before + 0.5 * (last.w + dt) * (f / bitcast<f32>(more.x) + a);
     if (!finite(now)) {
         atomicAdd(&clock.quarantined, 1u);

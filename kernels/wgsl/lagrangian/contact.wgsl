@@ -60,45 +60,47 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     for (var k = 0u; k < count; k++) {
         let c = load_collider(k);
         let p = pose(c, time);
-        let o = facing(c, p, x, time);
-        let approach = -dot(speed - o.v, o.n);
-        // What arrives within two steps as long as this one shortens the next, so that it does not begin deep inside.
-        if (approach > 0.0 && o.gap < quarter + 2.0 * approach * dt) { closing = max(closing, approach); }
-        let a = face_against(tag, 0u, cof[0], o.n, face);
-        let b = face_against(tag, 1u, cof[1], o.n, face);
-        let d = face_against(tag, 2u, cof[2], o.n, face);
-        let way = vec3f(a.way, b.way, d.way);
-        let bend = vec3f(dot(moved.xx, o.n), dot(moved.yy, o.n), dot(moved.zz, o.n)) / 32.0;
-        let depth = -vec3f(o.gap) - quarter * way * vec3f(dot(f[0], o.n), dot(f[1], o.n), dot(f[2], o.n)) - bend;
-        let press = solid.stiffness * vec3f(a.area, b.area, d.area) * max(depth, vec3f(0.0));
-        let normal = press.x + press.y + press.z;
-        let mine = held.w == f32(k + 1u);
-        // Where the point took hold has moved with the obstacle.
-        let slid = select(vec3f(0.0), x - to_world(p, held.xyz), mine);
-        if (c.sticky != 0u) {
-            if (normal <= 0.0 && !mine) { continue; }
-            force -= solid.stiffness * face * slid;
-            grip = select(vec4f(to_own(p, x), f32(k + 1u)), held, mine);
-            energy += 0.5 * solid.stiffness * face * dot(slid, slid);
-            rub = vec3f(0.0);
-            rub_energy = 0.0;
-            firmest = 1e30;
-            continue;
+        for (var side = 0u; side < sides(c); side++) {
+            let o = facing(c, p, x, time, side);
+            let approach = -dot(speed - o.v, o.n);
+            // What arrives within two steps as long as this one shortens the next, so that it does not begin deep inside.
+            if (approach > 0.0 && o.gap < quarter + 2.0 * approach * dt) { closing = max(closing, approach); }
+            let a = face_against(tag, 0u, cof[0], o.n, face);
+            let b = face_against(tag, 1u, cof[1], o.n, face);
+            let d = face_against(tag, 2u, cof[2], o.n, face);
+            let way = vec3f(a.way, b.way, d.way);
+            let bend = vec3f(dot(moved.xx, o.n), dot(moved.yy, o.n), dot(moved.zz, o.n)) / 32.0;
+            let depth = -vec3f(o.gap) - quarter * way * vec3f(dot(f[0], o.n), dot(f[1], o.n), dot(f[2], o.n)) - bend;
+            let press = solid.stiffness * vec3f(a.area, b.area, d.area) * max(depth, vec3f(0.0));
+            let normal = press.x + press.y + press.z;
+            let mine = held.w == f32(k + 1u);
+            // Where the point took hold has moved with the obstacle.
+            let slid = select(vec3f(0.0), x - to_world(p, held.xyz), mine);
+            if (c.sticky != 0u) {
+                if (normal <= 0.0 && !mine) { continue; }
+                force -= solid.stiffness * face * slid;
+                grip = select(vec4f(to_own(p, x), f32(k + 1u)), held, mine);
+                energy += 0.5 * solid.stiffness * face * dot(slid, slid);
+                rub = vec3f(0.0);
+                rub_energy = 0.0;
+                firmest = 1e30;
+                continue;
+            }
+            if (normal <= 0.0) { continue; }
+            faces += mat3x3f(press.x * o.n, press.y * o.n, press.z * o.n);
+            ways = select(ways, 0.25 * way, press > vec3f(0.0));
+            energy += 0.5 * dot(press, max(depth, vec3f(0.0)));
+            // It rubs on the one that it is pressed to most.
+            if (normal <= firmest) { continue; }
+            firmest = normal;
+            let along = slid - dot(slid, o.n) * o.n;
+            let stiffness = solid.stiffness * (a.area + b.area + d.area);
+            let kept = min(1.0, c.friction * normal / max(stiffness * length(along), 1e-30));
+            grip = vec4f(to_own(p, x - kept * along), f32(k + 1u));
+            rub = (-stiffness * kept) * along;
+            rub_at = press / normal;
+            rub_energy = 0.5 * stiffness * kept * kept * dot(along, along);
         }
-        if (normal <= 0.0) { continue; }
-        faces += mat3x3f(press.x * o.n, press.y * o.n, press.z * o.n);
-        ways = select(ways, 0.25 * way, press > vec3f(0.0));
-        energy += 0.5 * dot(press, max(depth, vec3f(0.0)));
-        // It rubs on the one that it is pressed to most.
-        if (normal <= firmest) { continue; }
-        firmest = normal;
-        let along = slid - dot(slid, o.n) * o.n;
-        let stiffness = solid.stiffness * (a.area + b.area + d.area);
-        let kept = min(1.0, c.friction * normal / max(stiffness * length(along), 1e-30));
-        grip = vec4f(to_own(p, x - kept * along), f32(k + 1u));
-        rub = (-stiffness * kept) * along;
-        rub_at = press / normal;
-        rub_energy = 0.5 * stiffness * kept * kept * dot(along, along);
     }
     let to = 4u * i;
     pushes.d[to] = vec4f(force, energy + rub_energy);
@@ -106,5 +108,5 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     pushes.d[to + 2u] = vec4f(faces[1] + rub_at.y * rub, ways.y);
     pushes.d[to + 3u] = vec4f(faces[2] + rub_at.z * rub, ways.z);
     grips.d[i] = grip;
-    if (closing > 0.0) { atomicMax(&clock.speed_bits, bitcast<u32>(closing)); }
+    if (closing > 0.0) { atomicMax(&clock.speed_bits, bitcast<u32>(clock.wave_speed + closing)); }
 }

@@ -89,7 +89,7 @@ fn piola_at(solid: Solid, x: vec3f, y: vec3f, z: vec3f, exists: bool) -> mat3x3f
     let inv = 1.0 / reference.dx;
     let f = mat3x3f(vec3f(1.0, 0.0, 0.0) + inv * x, vec3f(0.0, 1.0, 0.0) + inv * y, vec3f(0.0, 0.0, 1.0) + inv * z);
     let size = dot(f[0], f[0]) + dot(f[1], f[1]) + dot(f[2], f[2]);
-    let answer = piola(solid.material, Body(solid.material, solid.fields, solid.mu, solid.lambda), f);
+    let answer = piola(solid.material, solid, f);
     let p = answer.p;
     stiffest = max(stiffest, select(0.0, answer.stiff, exists));
     let kept = select(0.0, -solid.volume * inv, exists);
@@ -180,7 +180,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     put_layer(i + 18u * reference.cells, aa.x.r, ab.x.r, ba.x.r, bb.x.r, aa.y.r, ab.y.r, ba.y.r, bb.y.r, aa.v.r, ab.v.r, ba.v.r, bb.v.r);
     // Waves in what is deformed are faster than at rest, which shortens the next step.
     let wave = solid.wave * sqrt(stiffest / (solid.lambda + 2.0 * solid.mu));
-    if (wave > SLACK * clock.wave_speed) { atomicMax(&clock.speed_bits, bitcast<u32>(wave - clock.wave_speed)); }
+    if (wave > SLACK * clock.wave_speed) { atomicMax(&clock.speed_bits, bitcast<u32>(wave)); }
     if (squeezed > 0u) { atomicAdd(&clock.clamped_volume, squeezed); }
     if (torn > 0u) { atomicAdd(&clock.clamped_velocity, torn); }
 }

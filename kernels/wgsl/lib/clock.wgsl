@@ -7,9 +7,9 @@ struct Clock {
     dt: f32,              // [s] this substep; 0 when the frame is done
     dx: f32,              // [m]
     courant: f32,
-    wave_speed: f32,      // [m/s] fastest elastic wave of the scene
+    wave_speed: f32,      // [m/s] least speed that counts: of the slowest body's waves at rest
     force_dt: f32,        // [s] > 0 overrides the choice
-    speed_bits: atomic<u32>,  // bits of the largest particle speed [m/s]; non-negative floats order like their bits
+    speed_bits: atomic<u32>,  // bits of the largest |v| + c of a particle [m/s]; non-negative floats order like their bits
     substeps: u32,        // since the frame began
     dt_min: f32,          // [s] since the frame began
     dt_max: f32,
@@ -21,4 +21,5 @@ struct Clock {
     particles: u32,
     longest: f32,         // [s] > 0: no step is longer, whatever the waves allow
     watch: u32,           // 1: a node that ran away or a particle that was lost ends the attempt
+    runs: array<vec4u, 8>,  // of each stretch of particles with one material: workgroups of 64, 1, 1; its particles in w
 }

@@ -31,31 +31,43 @@ fn rotate(v: vec3f, axis: vec3f, angle: f32) -> vec3f {
     return v * cos(angle) + cross(axis, v) * sin(angle) + axis * dot(axis, v) * (1.0 - cos(angle));
 }
 
+// Sides of a collider that are met one after the other.
+fn sides(c: Collider) -> u32 {
+    return select(1u, 3u, SHAPE_ROOM_USED && c.shape == SHAPE_ROOM);
+}
+
 // Signed distance of x from collider c at time t [m].
 fn gap(c: Collider, x: vec3f, t: f32) -> f32 {
     let moving = clamp(t, c.start, c.end) - c.start;
     let rate = length(c.spin.xyz);
     let axis = select(vec3f(0.0, 0.0, 1.0), c.spin.xyz / max(rate, 1e-20), rate > 0.0);
-    return shape(c.shape, c, rotate(x - (c.center.xyz + c.velocity.xyz * moving), axis, -rate * moving)).w;
+    let r = rotate(x - (c.center.xyz + c.velocity.xyz * moving), axis, -rate * moving);
+    var least = shape(c.shape, c, r, 0u).w;
+    for (var side = 1u; side < sides(c); side++) { least = min(least, shape(c.shape, c, r, side).w); }
+    return least;
 }
 
-// Velocity v at node x after contact with collider c at time t.
-fn collide(c: Collider, x: vec3f, v: vec3f, t: f32) -> vec3f {
+// Velocity v at node x, nearer to collider c than `reach` or inside it, after contact with it at time t.
+fn collide(c: Collider, x: vec3f, v: vec3f, t: f32, reach: f32) -> vec3f {
     let moving = clamp(t, c.start, c.end) - c.start;
-    var r = x - (c.center.xyz + c.velocity.xyz * moving);
+    let r = x - (c.center.xyz + c.velocity.xyz * moving);
     let rate = length(c.spin.xyz);
     let axis = select(vec3f(0.0, 0.0, 1.0), c.spin.xyz / max(rate, 1e-20), rate > 0.0);
-    let hit = shape(c.shape, c, rotate(r, axis, -rate * moving));
-    if (hit.w >= 0.0) { return v; }
+    let own = rotate(r, axis, -rate * moving);
     let running = t >= c.start && t < c.end;
     let body = select(vec3f(0.0), c.velocity.xyz + cross(c.spin.xyz, r), running);
-    if (c.sticky != 0u) { return body; }
-    let n = rotate(hit.xyz, axis, rate * moving);
-    let relative = v - body;
-    let vn = dot(relative, n);
-    if (vn >= 0.0) { return v; }
-    let vt = relative - vn * n;
-    let slip = length(vt);
-    let kept = max(0.0, 1.0 + c.friction * vn / max(slip, 1e-20));
-    return body + vt * kept;
+    var relative = v - body;
+    var met = false;
+    for (var side = 0u; side < sides(c); side++) {
+        let hit = shape(c.shape, c, own, side);
+        if (hit.w >= reach) { continue; }
+        if (c.sticky != 0u) { return body; }
+        let n = rotate(hit.xyz, axis, rate * moving);
+        let vn = dot(relative, n);
+        if (vn >= 0.0) { continue; }
+        let vt = relative - vn * n;
+        relative = vt * max(0.0, 1.0 + c.friction * vn / max(length(vt), 1e-20));
+        met = true;
+    }
+    return select(v, body + relative, met);
 }

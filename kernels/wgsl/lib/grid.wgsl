@@ -11,6 +11,8 @@ struct Grid {
     blocks: vec3u,      // size in blocks
     capacity: u32,      // slots there is room for
     rows: u32,          // occupied rows there is room for
+    first: u32,         // of a call for some of the particles: the first of them,
+    count: u32,         // and how many
 }
 
 // Counters that are at the same time the sizes of indirect dispatches.

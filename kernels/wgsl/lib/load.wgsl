@@ -13,8 +13,9 @@ fn load_deformation(t: texture_1d<u32>, i: u32) -> Deformation {
 }
 
 fn load_body(t: texture_1d<u32>, i: u32) -> Body {
-    let b = textureLoad(t, i, 0);
-    return Body(b.x, b.y, bitcast<f32>(b.z), bitcast<f32>(b.w));
+    let b = textureLoad(t, 3u * i, 0);
+    let g = texel(t, 3u * i + 2u);
+    return Body(b.x, b.y, bitcast<f32>(b.z), bitcast<f32>(b.w), texel(t, 3u * i + 1u), g.xyz, g.w);
 }
 
 fn load_row(t: texture_1d<u32>, i: u32) -> Row {

@@ -5,11 +5,15 @@
 // weight, so nodes at the rim of a body are thrown about however short the step, and carry next to nothing.
 override SPARSE: f32 = 0.0;
 
+// Nodes nearer to an obstacle than this meet it [cells]. Material comes to rest 0.3 cells behind the last node that is
+// held; so, over all places of a surface between nodes, it rests at the surface.
+const CONTACT: f32 = 0.8;
+
 // Bit i: obstacle i may hold nodes of the block whose lowest node is at `low`.
 fn obstacle_near(i: u32, low: vec3f, time: f32) -> u32 {
-    // Half the diagonal of 3 × 3 × 3 cells around the block's middle.
+    // Half the diagonal of 3 × 3 × 3 cells around the block's middle, and how far contact reaches.
     let middle = low + vec3f(1.5) * grid.dx;
-    return select(0u, 1u << i, gap(load_collider(i), middle, time) <= 2.6 * grid.dx);
+    return select(0u, 1u << i, gap(load_collider(i), middle, time) <= (2.6 + CONTACT) * grid.dx);
 }
 
 // Velocity of a node from its momentum and mass.

@@ -13,7 +13,8 @@ struct Particle {
     s: vec4f,
 }
 
-// Columns of the deformation gradient F in xyz; f0.w is the volume at rest V0 [m³].
+// Columns of the deformation gradient F in xyz: the elastic part of it where a material flows, and J alone, in f0.x,
+// where it is a liquid. f0.w is the volume at rest V0 [m³], f1.w what else the material remembers, 0 at the start.
 struct Deformation {
     f0: vec4f,
     f1: vec4f,
@@ -21,24 +22,45 @@ struct Deformation {
 }
 
 const BODY_MASK: u32 = 0xffu;
+const FLOWS: u32 = 0x20000000u;         // of a material whose F forgets: what is drawn does not follow it
 const PINNED: u32 = 0x40000000u;        // held where it is
 const QUARANTINED: u32 = 0x80000000u;   // taken out of the simulation: not finite, or outside the grid
 // A pinned particle weighs this many times its mass on the grid, which holds the nodes it touches.
 const PIN_MASS: f32 = 1e6;
 
-// Bit of `fields`: the body's weight is carried from the start (prestress).
-const CARRIED: u32 = 0x80000000u;
-
 struct Body {
     material: u32,      // kind of material
     fields: u32,        // bit i: field i acts on this body
     mu: f32,            // shear modulus [Pa]
-    lambda: f32,        // Lamé's first parameter [Pa]
+    lambda: f32,        // Lamé's first parameter, or the bulk modulus of a liquid [Pa]
+    p: vec4f,           // parameters of the material's own
+    gravity: vec3f,     // [m/s²]; zero where the body's weight is carried from the start (prestress)
+    wave: f32,          // speed that limits the step at rest: of the fastest wave, and of viscosity across a cell [m/s]
 }
 
-struct Stress {
+// What a material is asked: the deformation it would have if all of the step were elastic.
+struct Trial {
+    f: mat3x3f,
+    memory: f32,        // what the material remembers (Deformation.f1.w)
+    gradient: mat3x3f,  // of the velocity [1/s]; columns are derivatives along x, y, z
+}
+
+// And what it answers.
+struct Response {
     tau: mat3x3f,       // Kirchhoff stress P Fᵀ [Pa]
+    f: mat3x3f,         // the elastic deformation that is left
+    memory: f32,
     energy: f32,        // per volume at rest [J/m³]
+    wave: f32,          // how much faster waves are than at rest
+}
+
+// The answer where there is no such material.
+fn inert(t: Trial) -> Response {
+    return Response(mat3x3f(), t.f, t.memory, 0.0, 1.0);
+}
+
+fn diagonal(d: vec3f) -> mat3x3f {
+    return mat3x3f(d.x, 0.0, 0.0, 0.0, d.y, 0.0, 0.0, 0.0, d.z);
 }
 
 fn finite(v: vec3f) -> bool {

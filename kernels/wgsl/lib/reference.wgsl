@@ -56,6 +56,7 @@ struct Solid {
     stiffness: f32,     // of contact: pressure for a depth [Pa/m]
     wave: f32,          // fastest elastic wave [m/s]
     spare: u32,
+    gravity: vec3f,     // [m/s²]
 }
 
 // A point at the surface, at rest.
@@ -70,10 +71,10 @@ struct Skin {
 struct Rest { x: vec3f, point: u32 }
 
 fn load_solid(t: texture_1d<u32>, i: u32) -> Solid {
-    let a = textureLoad(t, 2u * i, 0);
-    let b = textureLoad(t, 2u * i + 1u, 0);
+    let a = textureLoad(t, 3u * i, 0);
+    let b = textureLoad(t, 3u * i + 1u, 0);
     let c = bitcast<vec4f>(b);
-    return Solid(a.x, a.y, bitcast<f32>(a.z), bitcast<f32>(a.w), c.x, c.y, c.z, b.w);
+    return Solid(a.x, a.y, bitcast<f32>(a.z), bitcast<f32>(a.w), c.x, c.y, c.z, b.w, texel(t, 3u * i + 2u).xyz);
 }
 
 // A sum over the nodes of a cell at one of its points: the value, its derivatives by x, y, z a cell, and the second

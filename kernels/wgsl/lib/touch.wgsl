@@ -22,8 +22,9 @@ fn pose(c: Collider, t: f32) -> Pose {
 fn to_own(p: Pose, x: vec3f) -> vec3f { return rotate(x - p.center, p.axis, -p.angle); }
 fn to_world(p: Pose, r: vec3f) -> vec3f { return p.center + rotate(r, p.axis, p.angle); }
 
-fn facing(c: Collider, p: Pose, x: vec3f, t: f32) -> Facing {
-    let hit = shape(c.shape, c, to_own(p, x));
+// Side `side` of an obstacle.
+fn facing(c: Collider, p: Pose, x: vec3f, t: f32, side: u32) -> Facing {
+    let hit = shape(c.shape, c, to_own(p, x), side);
     let running = t >= c.start && t < c.end;
     let v = select(vec3f(0.0), c.velocity.xyz + cross(c.spin.xyz, x - p.center), running);
     return Facing(rotate(hit.xyz, p.axis, p.angle), hit.w, v);

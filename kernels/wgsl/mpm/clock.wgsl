@@ -1,5 +1,5 @@
 //! use lib/clock lib/grid
-// Chooses the next substep from the elastic wave limit, and opens an empty list of active blocks for it.
+// Chooses the next substep from the fastest wave and motion of the last, and opens an empty list of active blocks for it.
 
 @group(0) @binding(0) var<storage, read_write> clock: Clock;
 @group(0) @binding(1) var<storage, read_write> live: Live;
@@ -21,20 +21,18 @@ fn main() {
     let full = atomicLoad(&live.overflow) + atomicLoad(&live.crowded) > 0u;
     let fault = clock.watch != 0u && atomicLoad(&clock.clamped_velocity) + atomicLoad(&clock.quarantined) > 0u;
     if (full || fault) {    // the host makes room or takes smaller steps, and repeats the frame
-        clock.dt = 0.0;
-        clock.particle_groups = vec3u(0u, 1u, 1u);
+        stop();
         return;
     }
     let left = clock.frame_length - clock.t;
     if (left <= 1e-6 * clock.frame_length) {
-        clock.dt = 0.0;
+        stop();
         clock.t = clock.frame_length;
-        clock.particle_groups = vec3u(0u, 1u, 1u);
         return;
     }
     // Bits above those of the largest finite number are no speed: NaN would stop the clock for ever.
     let speed = bitcast<f32>(min(atomicExchange(&clock.speed_bits, 0u), 0x7f7fffffu));
-    let waves = clock.courant * clock.dx / (clock.wave_speed + speed);
+    let waves = clock.courant * clock.dx / max(clock.wave_speed, speed);
     let limit = select(waves, min(waves, clock.longest), clock.longest > 0.0);
     // What is left is divided evenly, so that no frame ends with a sliver of a step.
     let even = left / max(1.0, ceil(left / limit - 1e-3));
@@ -44,4 +42,15 @@ fn main() {
     clock.dt_min = select(min(clock.dt_min, dt), dt, clock.dt_min == 0.0);
     clock.dt_max = max(clock.dt_max, dt);
     clock.particle_groups = vec3u((clock.particles + 63u) / 64u, 1u, 1u);
+    for (var i = 0u; i < 8u; i++) {
+        let count = clock.runs[i].w;
+        clock.runs[i] = vec4u((count + 63u) / 64u, 1u, 1u, count);
+    }
+}
+
+// No more substeps in this frame: what is still submitted finds no work.
+fn stop() {
+    clock.dt = 0.0;
+    clock.particle_groups = vec3u(0u, 1u, 1u);
+    for (var i = 0u; i < 8u; i++) { clock.runs[i].x = 0u; }
 }

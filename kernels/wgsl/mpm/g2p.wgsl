@@ -1,7 +1,8 @@
 //! use lib/bspline lib/clock lib/load
 //! family material
 // Grid to particles: velocity and affine velocity (APIC), deformation by the gradient of the B-spline or the MLS
-// form, position, and the stress for the next transfer. One lane a particle, in the order of their cells.
+// form, position, and the stress for the next transfer. One lane a particle: all of them in the order of their cells,
+// or a stretch with one material in the order of their numbers, so that each material's particles pay for no other's.
 //! texels was: Particle
 //! texels deformed: Deformation
 //! texels bodies: Body
@@ -16,6 +17,15 @@ override TRUE_GRADIENT: bool = true;
 override MAX_STRETCH: f32 = 0.5;
 // Volume below which a particle is no longer compressed, as a share of its volume at rest.
 override MIN_VOLUME: f32 = 0.05;
+// All particles of the scene, by their cells; else those that the call names.
+override ALL: bool = true;
+// Nothing but liquid: of F only J is kept.
+override LIQUID: bool = false;
+// A liquid that expanded does not remember all of it: where the grid is denser than J says, J follows the grid by a tenth
+// a step. Without that what splashes piles up to a fraction of its volume. Where other densities share the grid, its
+// mass says less about the liquid: J is left alone below this share of it.
+override PACKED: f32 = 0.0;
+const FOLLOW: f32 = 0.1;
 
 // Particles and deformations are read and then written by their lane: `was` and `deformed` are the same buffers as
 // `particles` (six vectors each) and `deformations`.
@@ -41,7 +51,7 @@ var<workgroup> fastest: atomic<u32>;
 struct Axis { w: vec3f, g: vec3f, m: vec3f }
 
 // Sums over nodes: value; slopes along x, y, z; moments along x, y, z. A row uses those along x, a layer x and y.
-struct Sums3 { v: vec3f, gx: vec3f, gy: vec3f, gz: vec3f, mx: vec3f, my: vec3f, mz: vec3f }
+struct Sums3 { v: vec3f, gx: vec3f, gy: vec3f, gz: vec3f, mx: vec3f, my: vec3f, mz: vec3f, mass: f32 }
 
 fn axis(f: f32) -> Axis {
     let w = bspline(f);
@@ -55,13 +65,14 @@ fn along_x(at: Place, y: u32, z: u32, x: Axis) -> Sums3 {
     let layer = select(at.low, at.high, z > 3u);
     let pair = select(layer.xy, layer.zw, y > 3u);
     let line = (z & 3u) * 16u + (y & 3u) * 4u;
-    let a = texel(nodes, pair.x * 64u + line + at.l.x).xyz;
-    let b = texel(nodes, select(pair.x, pair.y, at.l.x > 2u) * 64u + line + ((at.l.x + 1u) & 3u)).xyz;
-    let c = texel(nodes, select(pair.x, pair.y, at.l.x > 1u) * 64u + line + ((at.l.x + 2u) & 3u)).xyz;
+    let a = texel(nodes, pair.x * 64u + line + at.l.x);
+    let b = texel(nodes, select(pair.x, pair.y, at.l.x > 2u) * 64u + line + ((at.l.x + 1u) & 3u));
+    let c = texel(nodes, select(pair.x, pair.y, at.l.x > 1u) * 64u + line + ((at.l.x + 2u) & 3u));
     var s: Sums3;
-    s.v = x.w.x * a + x.w.y * b + x.w.z * c;
-    s.gx = x.g.x * a + x.g.y * b + x.g.z * c;
-    s.mx = x.m.x * a + x.m.y * b + x.m.z * c;
+    s.v = x.w.x * a.xyz + x.w.y * b.xyz + x.w.z * c.xyz;
+    s.gx = x.g.x * a.xyz + x.g.y * b.xyz + x.g.z * c.xyz;
+    s.mx = x.m.x * a.xyz + x.m.y * b.xyz + x.m.z * c.xyz;
+    s.mass = x.w.x * a.w + x.w.y * b.w + x.w.z * c.w;
     return s;
 }
 
@@ -75,6 +86,7 @@ fn layer(at: Place, z: u32, x: Axis, y: Axis) -> Sums3 {
     s.mx = y.w.x * a.mx + y.w.y * b.mx + y.w.z * c.mx;
     s.gy = y.g.x * a.v + y.g.y * b.v + y.g.z * c.v;
     s.my = y.m.x * a.v + y.m.y * b.v + y.m.z * c.v;
+    s.mass = y.w.x * a.mass + y.w.y * b.mass + y.w.z * c.mass;
     return s;
 }
 
@@ -90,6 +102,7 @@ fn block(at: Place, x: Axis, y: Axis, z: Axis) -> Sums3 {
     s.my = z.w.x * a.my + z.w.y * b.my + z.w.z * c.my;
     s.gz = z.g.x * a.v + z.g.y * b.v + z.g.z * c.v;
     s.mz = z.m.x * a.v + z.m.y * b.v + z.m.z * c.v;
+    s.mass = z.w.x * a.mass + z.w.y * b.mass + z.w.z * c.mass;
     return s;
 }
 
@@ -97,12 +110,13 @@ fn block(at: Place, x: Axis, y: Axis, z: Axis) -> Sums3 {
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     // Read first: a software driver makes one load of a uniform address only before any branch.
     let dt = clock.dt;
-    let placed = live.cursor;
+    let placed = select(grid.count, live.cursor, ALL);
     if (id.x < placed) {
-        let index = word(order, id.x);
+        var index = grid.first + id.x;
+        if (ALL) { index = word(order, id.x); }
         let head = texel(was, 6u * index);
         let tag = bitcast<u32>(head.w);
-        if ((tag & PINNED) == 0u) { move_particle(index, head.xyz, tag, dt); }
+        if ((tag & (PINNED | QUARANTINED)) == 0u) { move_particle(index, head.xyz, tag, dt); }
     }
     workgroupBarrier();
     if (lane == 0u) { atomicMax(&clock.speed_bits, atomicLoad(&fastest)); }
@@ -126,17 +140,14 @@ fn move_particle(index: u32, x: vec3f, tag: u32, dt: f32) {
         gradient *= MAX_STRETCH / size;
         atomicAdd(&clock.clamped_strain, 1u);
     }
-    let def = load_deformation(deformed, index);
-    let last = mat3x3f(def.f0.xyz, def.f1.xyz, def.f2.xyz);
-    var next = last + dt * (gradient * last);
-    if (dot(next[0], cross(next[1], next[2])) < MIN_VOLUME) {
-        next = last;
-        atomicAdd(&clock.clamped_volume, 1u);
-    }
     let body = load_body(bodies, tag & BODY_MASK);
-    let tau = def.f0.w * material(body.material, body, next).tau;
-    // A sum is finite only if all its terms are.
-    let lost = !finite(next[0] + next[1] + next[2]) || !finite(tau[0] + tau[1] + tau[2]);
+    let trial = try_step(index, body.material, gradient, dt, s.mass);
+    let now = material(body.material, body, trial);
+    let volume = texel(deformed, 3u * index).w;
+    let tau = volume * now.tau;
+    let next = now.f;
+    // A sum is finite only if all its terms are. Return maps may make numbers of what was none, so the trial is asked.
+    let lost = !finite(trial.f[0] + trial.f[1] + trial.f[2]) || !finite(tau[0] + tau[1] + tau[2]);
     if (lost) { atomicAdd(&clock.quarantined, 1u); }
     let rate = vec4f(vec3f(4.0 * inv), 1.0);
     let to = 6u * index;
@@ -146,7 +157,35 @@ fn move_particle(index: u32, x: vec3f, tag: u32, dt: f32) {
     particles.d[to + 3u] = vec4f(s.mx.y, s.my.y, s.mz.y, tau[1].y) * rate;
     particles.d[to + 4u] = vec4f(s.mx.z, s.my.z, s.mz.z, tau[2].z) * rate;
     particles.d[to + 5u] = vec4f(tau[1].x, tau[2].x, tau[2].y, 0.0);
-    deformations.d[index] = Deformation(vec4f(next[0], def.f0.w), vec4f(next[1], 0.0), vec4f(next[2], 0.0));
-    let speed = length(s.v);
-    if (speed > 0.0) { atomicMax(&fastest, bitcast<u32>(speed)); }
+    deformations.d[index].f0 = vec4f(next[0], volume);
+    if (!LIQUID) {
+        deformations.d[index].f1 = vec4f(next[1], now.memory);
+        deformations.d[index].f2 = vec4f(next[2], 0.0);
+    }
+    let speed = length(s.v) + body.wave * now.wave;
+    if (speed > 0.0 && !lost) { atomicMax(&fastest, bitcast<u32>(speed)); }
+}
+
+// The deformation after the step if all of it were elastic; `mass` is what a cell holds where the particle is [kg].
+fn try_step(index: u32, kind: u32, gradient: mat3x3f, dt: f32, mass: f32) -> Trial {
+    if (LIQUID || (MATERIAL_LIQUID_USED && kind == MATERIAL_LIQUID)) {
+        let old = texel(deformed, 3u * index);
+        let last = old.x;
+        var next = last * (1.0 + dt * (gradient[0].x + gradient[1].y + gradient[2].z));
+        let packed = texel(was, 6u * index + 1u).w / old.w * grid.dx * grid.dx * grid.dx / mass;
+        if (packed > PACKED * min(next, 1.0)) { next = min(next, next + FOLLOW * (packed - next)); }
+        if (next < MIN_VOLUME) {
+            next = last;
+            atomicAdd(&clock.clamped_volume, 1u);
+        }
+        return Trial(mat3x3f(vec3f(next, 0.0, 0.0), vec3f(0.0), vec3f(0.0)), 0.0, gradient);
+    }
+    let def = load_deformation(deformed, index);
+    let last = mat3x3f(def.f0.xyz, def.f1.xyz, def.f2.xyz);
+    var next = last + dt * (gradient * last);
+    if (dot(next[0], cross(next[1], next[2])) < MIN_VOLUME) {
+        next = last;
+        atomicAdd(&clock.clamped_volume, 1u);
+    }
+    return Trial(next, def.f1.w, gradient);
 }

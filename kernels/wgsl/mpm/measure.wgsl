@@ -40,7 +40,8 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(workgroup_id) group: 
                 s.momentum = vec4f(momentum, p.m);
                 // APIC keeps part of the motion in C: its angular momentum is m dx²/4 per unit of C, left to the caller.
                 s.spin = vec4f(cross(p.x, momentum), 0.5 * dot(momentum, p.v));
-                s.elastic = d.f0.w * material(body.material, body, mat3x3f(d.f0.xyz, d.f1.xyz, d.f2.xyz)).energy;
+                let trial = Trial(mat3x3f(d.f0.xyz, d.f1.xyz, d.f2.xyz), d.f1.w, mat3x3f());
+                s.elastic = d.f0.w * material(body.material, body, trial).energy;
                 s.height = p.m * p.x.z;
                 s.speed = length(p.v);
             }

@@ -32,8 +32,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let dt = clock.dt;
     let time = clock.frame_start + clock.t;
     let filled = min(live.rows, grid.rows);
-    let gravity = texel(forces, 0u).xyz;
-    let field_count = textureLoad(forces, 1u, 0).x;
+    let field_count = textureLoad(forces, 0u, 0).x;
     if (id.x >= filled) { return; }
     let row = load_row(rows, id.x);
     let last = row.first + row.count;
@@ -93,6 +92,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     // The body changes rarely from particle to particle.
     var body = NOWHERE;
     var fields = 0u;
+    var gravity = vec3f(0.0);
     let base = row_base(row);
     var out = id.x * ROW_SHARES;
     var i = row.first;
@@ -105,7 +105,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             let p = load_particle(particles, index);
             if ((p.tag & BODY_MASK) != body) {
                 body = p.tag & BODY_MASK;
-                fields = load_body(bodies, body).fields;
+                let its = load_body(bodies, body);
+                fields = its.fields;
+                gravity = its.gravity;
             }
             let a = body_acceleration(p, fields, gravity, field_count, time);
             let s = scatter(p, a, base + vec3f(f32(cell), 0.0, 0.0), origin, dx, dt);

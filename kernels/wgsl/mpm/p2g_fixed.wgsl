@@ -48,8 +48,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     let dx = grid.dx;
     let dt = clock.dt;
     let time = clock.frame_start + clock.t;
-    let gravity = texel(forces, 0u).xyz;
-    let field_count = textureLoad(forces, 1u, 0).x;
+    let field_count = textureLoad(forces, 0u, 0).x;
     let slot = group.x;
     if (slot >= grid.capacity) { return; }
     for (var i = lane; i < 4u * TILE; i += 64u) { atomicStore(&tile[i], 0); }
@@ -61,7 +60,8 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     var heavy = 0.0;
     for (var i = first + lane; i < last; i += 64u) {
         let p = load_particle(particles, word(order, i));
-        let a = body_acceleration(p, load_body(bodies, p.tag & BODY_MASK).fields, gravity, field_count, time);
+        let body = load_body(bodies, p.tag & BODY_MASK);
+        let a = body_acceleration(p, body.fields, body.gravity, field_count, time);
         let base = base_node(grid, p.x);
         let s = scatter(p, a, base, origin, dx, dt);
         let reach = greatest(s.x) + greatest(s.y) + greatest(s.z);
@@ -78,7 +78,8 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     let to_steps = vec4f(vec3f(steps / unit), steps / weight);
     for (var i = first + lane; i < last; i += 64u) {
         let p = load_particle(particles, word(order, i));
-        let a = body_acceleration(p, load_body(bodies, p.tag & BODY_MASK).fields, gravity, field_count, time);
+        let body = load_body(bodies, p.tag & BODY_MASK);
+        let a = body_acceleration(p, body.fields, body.gravity, field_count, time);
         let base = base_node(grid, p.x);
         let s = scatter(p, a, base, origin, dx, dt);
         let local = vec3u(base) & vec3u(3u);

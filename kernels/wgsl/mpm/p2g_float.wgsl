@@ -40,8 +40,7 @@ fn main(
     let dx = grid.dx;
     let dt = clock.dt;
     let time = clock.frame_start + clock.t;
-    let gravity = texel(forces, 0u).xyz;
-    let field_count = textureLoad(forces, 1u, 0).x;
+    let field_count = textureLoad(forces, 0u, 0).x;
     let slot = group.x;
     if (slot >= grid.capacity) { return; }
     for (var i = lane; i < 4u * TILE; i += 64u) { atomicStore(&tiles.d[slot * 4u * TILE + i], 0.0); }
@@ -52,7 +51,8 @@ fn main(
         let i = round + lane;
         let here = i < last;
         let p = load_particle(particles, word(order, min(i, last - 1u)));
-        let a = body_acceleration(p, load_body(bodies, p.tag & BODY_MASK).fields, gravity, field_count, time);
+        let body = load_body(bodies, p.tag & BODY_MASK);
+        let a = body_acceleration(p, body.fields, body.gravity, field_count, time);
         let base = base_node(grid, p.x);
         let s = scatter(p, a, base, origin, dx, dt);
         let local = vec3u(base) & vec3u(3u);

@@ -15,7 +15,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if (id.x >= clock.particles) { return; }
     let d = deformations.d[id.x];
     let body = bodies.d[particles.d[id.x].tag & BODY_MASK];
-    let tau = d.f0.w * material(body.material, body, mat3x3f(d.f0.xyz, d.f1.xyz, d.f2.xyz)).tau;
+    let trial = Trial(mat3x3f(d.f0.xyz, d.f1.xyz, d.f2.xyz), d.f1.w, mat3x3f());
+    let tau = d.f0.w * material(body.material, body, trial).tau;
     particles.d[id.x].c0.w = tau[0].x;
     particles.d[id.x].c1.w = tau[1].y;
     particles.d[id.x].c2.w = tau[2].z;

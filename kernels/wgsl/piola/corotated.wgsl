@@ -1,9 +1,9 @@
-//! member 1 of fn (b: Body, f: mat3x3f) -> Piola = Piola(mat3x3f(), 0.0)
-//! use lib/particle lib/polar lib/reference
+//! member 1 of fn (b: Solid, f: mat3x3f) -> Piola = Piola(mat3x3f(), 0.0)
+//! use lib/polar lib/reference
 // Fixed-corotated elasticity (Stomakhin 2012): P = 2μ (F − R) + λ (J − 1) cof F. Written for P itself, which is smooth
 // where F has no inverse; the Kirchhoff stress of `material/corotated` is P Fᵀ.
 
-fn piola_corotated(b: Body, f: mat3x3f) -> Piola {
+fn piola_corotated(b: Solid, f: mat3x3f) -> Piola {
     let turn = polar(f);
     let c = cofactor(f);
     var e = f - turn.r;

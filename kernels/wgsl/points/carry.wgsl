@@ -29,13 +29,16 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: ve
         if (w <= 0.0) { continue; }
         let id = carrier.particle[k];
         let now = texel(particles, 6u * id);
-        if ((bitcast<u32>(now.w) & QUARANTINED) != 0u) { continue; }
+        let tag = bitcast<u32>(now.w);
+        if ((tag & QUARANTINED) != 0u) { continue; }
         let at = Bound(texel(bound, 4u * id), texel(bound, 4u * id + 1u), texel(bound, 4u * id + 2u), texel(bound, 4u * id + 3u));
         let f = Deformation(texel(deformations, 3u * id), texel(deformations, 3u * id + 1u), texel(deformations, 3u * id + 2u));
         let offset = point.xyz - at.x.xyz;
         let back = vec3f(dot(at.i0.xyz, offset), dot(at.i1.xyz, offset), dot(at.i2.xyz, offset));
         let turned = f.f0.xyz * back.x + f.f1.xyz * back.y + f.f2.xyz * back.z;
-        moved += w * ((now.xyz - at.x.xyz) + (turned - offset));
+        // The F of what flows says how it is strained, not how it has moved.
+        let own = select(turned - offset, vec3f(0.0), (tag & FLOWS) != 0u);
+        moved += w * ((now.xyz - at.x.xyz) + own);
         total += w;
     }
     if (total > 0.0) {

@@ -9,6 +9,8 @@ use crate::random::Random;
 pub const PINNED: u32 = 0x4000_0000;
 /// Taken out of the simulation.
 pub const QUARANTINED: u32 = 0x8000_0000;
+/// Of a material whose F is not that of its whole motion.
+pub const FLOWS: u32 = 0x2000_0000;
 /// Bodies particles belong to: one of each material, and one of a material there is not.
 pub fn body_count() -> usize {
     MEMBERS.iter().filter(|m| m.family == "material").count() + 1
@@ -87,7 +89,9 @@ fn particle(random: &mut Random) -> Particle {
     let row = |i: usize| [rows[i][0], rows[i][1], rows[i][2], stress[i]];
     Particle {
         x,
-        tag: random.below(body_count()) as u32 | if random.chance(0.05) { PINNED } else { 0 },
+        tag: random.below(body_count()) as u32
+            | if random.chance(0.05) { PINNED } else { 0 }
+            | if random.chance(0.2) { FLOWS } else { 0 },
         v: random.vector(1.0),
         m: random.range(0.5e-3, 1.5e-3),
         c0: row(0),
@@ -102,6 +106,7 @@ fn deformation(random: &mut Random) -> Deformation {
     for (i, column) in columns.iter_mut().enumerate() {
         column[i] += 1.0;
     }
+    let memory = random.range(-0.05, 0.15);
     let of = |i: usize, w: f32| [columns[i][0], columns[i][1], columns[i][2], w];
-    Deformation { f0: of(0, random.range(0.5e-5, 1.5e-5)), f1: of(1, 0.0), f2: of(2, 0.0) }
+    Deformation { f0: of(0, random.range(0.5e-5, 1.5e-5)), f1: of(1, memory), f2: of(2, 0.0) }
 }

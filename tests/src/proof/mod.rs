@@ -11,6 +11,7 @@ pub mod latent;
 pub mod lattice;
 pub mod mpm;
 pub mod points;
+pub mod source;
 
 pub use call::{Buffers, Call};
 pub use compare::{Compared, Report};
@@ -56,6 +57,7 @@ pub static CASES: &[&Case] = &[
     &points::resolve::CASE,
     &points::uncover::CASE,
     &points::unproject::CASE,
+    &source::recycle::CASE,
 ];
 
 /// What is needed to prove and to time a kernel.

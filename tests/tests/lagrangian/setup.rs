@@ -30,6 +30,8 @@ pub fn body(
         velocities: positions.iter().map(|x| velocity(*x)).collect(),
         pinned: vec![],
         prestress: false,
+        gravity: None,
+        recycle: None,
         particle_volume: (dx / 2.0).powi(3) as f32,
         fields: u32::MAX >> 1,
         positions,

@@ -20,6 +20,8 @@ pub enum Unfit {
     Spacing,
     /// Its particles lie on no lattice, or two of them at one place.
     Irregular,
+    /// Its particles start anew somewhere else.
+    Recycled,
     /// The material is none of the elastic ones.
     Material,
 }
@@ -30,6 +32,7 @@ impl std::fmt::Display for Unfit {
             Self::Empty => "has no particles",
             Self::Spacing => "has other than 8 particles a cell",
             Self::Irregular => "has particles on no regular lattice",
+            Self::Recycled => "is recycled",
             Self::Material => "has a material that is not elastic",
         })
     }

@@ -90,7 +90,7 @@ pub struct Lagrangian<'gpu> {
     guarded: bool,
     /// There is something to touch; without it no contact is recorded.
     obstacles: bool,
-    /// Fastest approach to an obstacle [m/s].
+    /// What limited the last step: a wave, or the approach to an obstacle on top of one [m/s].
     speed: f32,
     dx: f32,
 }
@@ -143,7 +143,6 @@ impl<'gpu> Lagrangian<'gpu> {
             first += body.positions.len() as u64;
         }
         let mut forces = Forces::zeroed();
-        forces.gravity[..3].copy_from_slice(&world.gravity);
         forces.count = world.fields.len().min(MOST) as u32;
         for (slot, field) in forces.d.iter_mut().zip(&world.fields) {
             *slot = *field;
@@ -172,7 +171,7 @@ impl<'gpu> Lagrangian<'gpu> {
             bodies: gpu.upload(
                 "run",
                 "lagrangian/bodies",
-                &world.bodies.iter().map(crate::world::Body::constants).collect::<Vec<_>>(),
+                &world.bodies.iter().map(|b| b.constants(world.gravity, world.dx)).collect::<Vec<_>>(),
             )?,
             solids: gpu.upload("run", "lagrangian/solids", &reference.solids)?,
             forces: gpu.upload("run", "lagrangian/forces", &[forces])?,
@@ -199,17 +198,13 @@ impl<'gpu> Lagrangian<'gpu> {
                 * reference.masses.iter().sum::<f64>()
                 * f64::from(world.dx)
                 * world.gravity.iter().map(|g| f64::from(*g).abs()).sum::<f64>(),
-            weights: world
-                .bodies
-                .iter()
-                .map(|b| if b.prestress { [0.0; 3] } else { world.gravity.map(f64::from) })
-                .collect(),
+            weights: reference.solids.iter().map(|s| s.gravity.map(f64::from)).collect(),
             closed: world.fields.is_empty()
                 && world.colliders.iter().all(|c| c.velocity == [0.0; 4] && c.spin == [0.0; 4]),
             particle_ranges,
             time: 0.0,
             courant: world.courant,
-            wave_speed: world.wave_speed(),
+            wave_speed: world.wave_speeds().1,
             force_dt: world.force_dt.unwrap_or(0.0),
             longest: world.longest_step(),
             stop: None,
@@ -350,7 +345,7 @@ impl<'gpu> Lagrangian<'gpu> {
 /// Overrides: the members of each family that this world uses.
 fn constants(world: &World) -> Constants {
     let uses = |member: &Member| match member.family {
-        "material" | "piola" => world.bodies.iter().any(|b| b.constants().material == member.kind),
+        "material" | "piola" => world.bodies.iter().any(|b| b.material.law().material == member.kind),
         "field" => world.fields.iter().any(|f| f.kind == member.kind),
         _ => world.colliders.iter().any(|c| c.shape == member.kind),
     };

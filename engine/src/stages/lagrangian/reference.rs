@@ -44,7 +44,10 @@ pub(super) struct Reference {
 /// The first that cannot, and why.
 pub fn fit(world: &World) -> Result<(), (usize, Unfit)> {
     for (index, body) in world.bodies.iter().enumerate() {
-        let elastic = [material::COROTATED, material::NEO_HOOKEAN].contains(&body.constants().material);
+        if body.recycle.is_some() {
+            return Err((index, Unfit::Recycled));
+        }
+        let elastic = [material::COROTATED, material::NEO_HOOKEAN].contains(&body.material.law().material);
         let checked = if elastic { Lattice::of(body, world.dx).map(|_| ()) } else { Err(Unfit::Material) };
         checked.map_err(|why| (index, why))?;
     }
@@ -60,13 +63,13 @@ impl Reference {
         let mut all = Self::default();
         for (index, body) in world.bodies.iter().enumerate() {
             let lattice = Lattice::of(body, world.dx).map_err(|why| (index, why))?;
-            all.add(body, index as u32, &lattice, world.dx);
+            all.add(body, index as u32, &lattice, world.gravity, world.dx);
         }
         Ok(all)
     }
 
-    fn add(&mut self, body: &Body, tag: u32, lattice: &Lattice, dx: f32) {
-        let constants = body.constants();
+    fn add(&mut self, body: &Body, tag: u32, lattice: &Lattice, gravity: [f32; 3], dx: f32) {
+        let constants = body.constants(gravity, dx);
         self.solids.push(Solid {
             material: constants.material,
             fields: constants.fields,
@@ -76,6 +79,8 @@ impl Reference {
             stiffness: CONTACT * (constants.lambda + 2.0 * constants.mu) / dx,
             wave: body.wave_speed(),
             spare: 0,
+            gravity: constants.gravity,
+            ..Default::default()
         });
         let held = |i: usize| body.pinned.get(i) == Some(&true);
         let mut points: HashMap<At, Points> = HashMap::new();

@@ -25,6 +25,9 @@ impl Mpm<'_> {
     /// Runs batches until the device says that `length` seconds have passed, or gives the attempt up.
     fn advance(&mut self, length: f32, watch: bool) -> Result<Clock, GpuError> {
         self.begin(length, watch)?;
+        if let Some(recycling) = &self.recycling {
+            recycling.reset(self.gpu)?;
+        }
         self.prepare()?;
         loop {
             if let Some(batch) = &self.batch {
@@ -91,6 +94,9 @@ impl Mpm<'_> {
             stats.clamped_strain = clock.clamped_strain;
             stats.clamped_volume = clock.clamped_volume;
             stats.quarantined = clock.quarantined;
+            if let Some(recycling) = &self.recycling {
+                stats.recycled = recycling.recycled(self.gpu)?;
+            }
             self.time += f64::from(length);
             return Ok(stats);
         }

@@ -1,7 +1,8 @@
-//! MLS-MPM of elastic bodies (Hu 2018; Stomakhin 2013): particles carry state, the grid carries one substep.
+//! MLS-MPM (Hu 2018; Stomakhin 2013): particles carry state, the grid carries one substep.
 //! Records a batch of substeps once and submits it until the device says that the frame is done.
 
 mod frame;
+mod run;
 mod start;
 
 use std::sync::Arc;
@@ -11,9 +12,11 @@ use bytemuck::Zeroable;
 use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Forces, Particle, Sums, mpm};
 use physvideo_gpu::{Buf, Constants, DeviceKind, Feature, Gpu, GpuError, Groups, Prepared, Recording};
 
+use self::run::{MOST_RUNS, Run, runs};
 use self::start::{constants, initial_state, room};
 use super::cells::{self, Cells, PARTICLE_GROUPS};
 use super::solver::{FrameStats, Measure, Solver};
+use super::source::Recycling;
 use crate::world::World;
 
 /// How particles give to the grid. All three give the same sums up to rounding.
@@ -63,6 +66,7 @@ pub struct Mpm<'gpu> {
     given: Buf<[f32; 4]>,
     nodes: Buf<[f32; 4]>,
     cells: Cells,
+    recycling: Option<Recycling>,
     constants: Constants,
     method: Method,
     p2g: P2g,
@@ -75,11 +79,15 @@ pub struct Mpm<'gpu> {
     stop: Option<Arc<AtomicBool>>,
     /// Frames that go wrong are repeated with smaller steps.
     guarded: bool,
+    /// Largest |v| + c of a particle [m/s].
     speed: f32,
     dx: f32,
     ranges: Vec<std::ops::Range<u64>>,
+    runs: Vec<Run>,
 }
 
+/// Byte offset of the workgroup counts of the runs in `Clock`.
+const RUN_GROUPS: u64 = std::mem::offset_of!(Clock, runs) as u64;
 /// Fields, and obstacles, that fit in one scene.
 const MOST: usize = 16;
 
@@ -100,7 +108,6 @@ impl<'gpu> Mpm<'gpu> {
         let grid = cells::grid(world.domain, world.dx);
         let room = room(world, &grid);
         let mut forces = Forces::zeroed();
-        forces.gravity[..3].copy_from_slice(&world.gravity);
         forces.count = world.fields.len().min(MOST) as u32;
         for (slot, field) in forces.d.iter_mut().zip(&world.fields) {
             *slot = *field;
@@ -128,7 +135,7 @@ impl<'gpu> Mpm<'gpu> {
             bodies: gpu.upload(
                 "run",
                 "mpm/bodies",
-                &world.bodies.iter().map(crate::world::Body::constants).collect::<Vec<_>>(),
+                &world.bodies.iter().map(|b| b.constants(world.gravity, world.dx)).collect::<Vec<_>>(),
             )?,
             forces: gpu.upload("run", "mpm/forces", &[forces])?,
             clock: gpu.alloc("run", "mpm/clock", 1)?,
@@ -141,20 +148,22 @@ impl<'gpu> Mpm<'gpu> {
             given: gpu.alloc("grid", "mpm/given", room.given(p2g))?,
             nodes: gpu.alloc("grid", "mpm/nodes", 64 * u64::from(room.slots))?,
             cells: Cells::new(gpu, grid, count, room.slots, room.rows)?,
+            recycling: Recycling::new(gpu, world)?,
             constants: constants(world, method),
             method,
             p2g,
             batch: None,
             time: 0.0,
             courant: world.courant,
-            wave_speed: world.wave_speed(),
+            wave_speed: world.wave_speeds().0,
             force_dt: world.force_dt.unwrap_or(0.0),
             longest: world.longest_step(),
             stop: None,
             guarded: world.force_dt.is_none(),
-            speed: speed.sqrt(),
+            speed: speed.sqrt() + world.wave_speeds().1,
             dx: world.dx,
             ranges,
+            runs: runs(world, method),
         };
         mpm.update_stress()?;
         Ok(mpm)
@@ -168,7 +177,7 @@ impl<'gpu> Mpm<'gpu> {
         let each = (2 * (size_of::<Particle>() + size_of::<Deformation>()) + 1) as u64;
         let given = room.given(P2g::Cell).max(room.given(P2g::Fixed));
         let sort = Cells::bytes(&grid, particles, room.slots, room.rows);
-        each * particles + 16 * (given + 64 * u64::from(room.slots)) + sort
+        each * particles + 16 * (given + 64 * u64::from(room.slots)) + sort + Recycling::bytes(world)
     }
 
     /// Which transfer is used.
@@ -200,6 +209,9 @@ impl<'gpu> Mpm<'gpu> {
         let read_live = live.cast();
         self.cells.record_clear(rec, k);
         rec.call(&mpm::Clock { clock, live }, k, Groups::Direct([1, 1, 1]));
+        if let Some(recycling) = &self.recycling {
+            recycling.record(rec, k, particles, deformations, clock, self.particle_groups());
+        }
         self.cells.record_sort(rec, k, particles, clock);
         match self.p2g {
             P2g::Cell => {
@@ -242,22 +254,24 @@ impl<'gpu> Mpm<'gpu> {
             let grid = mpm::Grid { tiles: given, links, list, live: read_live, nodes, clock, colliders, immediates };
             rec.call(&grid, k, slots);
         }
-        let g2p = mpm::G2p {
-            was: particles,
-            particles: particles.cast(),
-            deformed: deformations,
-            deformations,
-            bodies,
-            order,
-            keys,
-            table,
-            links,
-            nodes,
-            live: read_live,
-            clock,
-            immediates,
-        };
-        rec.call(&g2p, k, self.particle_groups());
+        for (i, run) in self.runs.iter().enumerate() {
+            let g2p = mpm::G2p {
+                was: particles,
+                particles: particles.cast(),
+                deformed: deformations,
+                deformations,
+                bodies,
+                order,
+                keys,
+                table,
+                links,
+                nodes,
+                live: read_live,
+                clock,
+                immediates: kernels::Grid { first: run.first, count: run.count, ..immediates },
+            };
+            rec.call(&g2p, &run.constants, Groups::Indirect(clock.erase(), RUN_GROUPS + 16 * i as u64));
+        }
     }
 
     fn prepare(&mut self) -> Result<(), GpuError> {
@@ -293,9 +307,14 @@ impl<'gpu> Mpm<'gpu> {
             speed_bits: self.speed.to_bits(),
             particles: self.particles_in_use(),
             particle_groups: [self.particles_in_use().div_ceil(64), 1, 1],
+            runs: self.run_groups(),
             ..Default::default()
         };
         self.gpu.write(self.clock, 0, &[clock])
+    }
+
+    fn run_groups(&self) -> [[u32; 4]; MOST_RUNS] {
+        std::array::from_fn(|i| self.runs.get(i).map_or([0, 1, 1, 0], |r| [r.count.div_ceil(64), 1, 1, r.count]))
     }
 
     fn particles_in_use(&self) -> u32 {
@@ -374,5 +393,7 @@ impl Solver for Mpm<'_> {
 
 /// Flag of a particle that is held (`PINNED` in WGSL).
 pub const PINNED: u32 = 0x4000_0000;
+/// Flag of a particle whose F is not that of its whole motion (`FLOWS` in WGSL).
+pub const FLOWS: u32 = 0x2000_0000;
 /// Flag of a particle that was taken out (`QUARANTINED` in WGSL).
 pub const QUARANTINED: u32 = 0x8000_0000;

@@ -4,9 +4,10 @@ use bytemuck::Zeroable;
 use physvideo_gpu::Constants;
 use physvideo_gpu::kernels::{self, Deformation, Member, Particle};
 
-use super::{Method, P2g, PINNED};
+use super::{FLOWS, Method, P2g, PINNED};
+use crate::scene::Material;
 use crate::stages::cells;
-use crate::world::World;
+use crate::world::{Body, World};
 
 /// What there is room for.
 #[derive(Clone, Copy, Debug)]
@@ -54,8 +55,13 @@ const SPARSE: f32 = 1e-2;
 
 /// Overrides: the members of each family that this world uses, and the gradient.
 pub(super) fn constants(world: &World, method: Method) -> Constants {
+    for_bodies(world, &world.bodies, method)
+}
+
+/// The same where only some of the bodies matter.
+pub(super) fn for_bodies(world: &World, bodies: &[Body], method: Method) -> Constants {
     let uses = |member: &&Member| match member.family {
-        "material" => world.bodies.iter().any(|b| b.constants().material == member.kind),
+        "material" => bodies.iter().any(|b| b.material.law().material == member.kind),
         "field" => world.fields.iter().any(|f| f.kind == member.kind),
         _ => world.colliders.iter().any(|c| c.shape == member.kind),
     };
@@ -78,10 +84,14 @@ pub(super) fn initial_state(world: &World) -> (Vec<Particle>, Vec<Deformation>) 
             // What is held does not move, whatever the rest of its body does.
             p.v = if pinned { [0.0; 3] } else { body.velocities.get(i).copied().unwrap_or_default() };
             p.m = body.density * body.particle_volume;
-            p.tag = tag as u32 | if pinned { PINNED } else { 0 };
+            p.tag = tag as u32 | if pinned { PINNED } else { 0 } | if body.material.elastic() { 0 } else { FLOWS };
             particles.push(p);
             let mut d = Deformation::zeroed();
-            (d.f0[0], d.f1[1], d.f2[2]) = (1.0, 1.0, 1.0);
+            // Of a liquid only J is kept.
+            d.f0[0] = 1.0;
+            if !matches!(body.material, Material::Liquid { .. }) {
+                (d.f1[1], d.f2[2]) = (1.0, 1.0);
+            }
             d.f0[3] = body.particle_volume;
             deformations.push(d);
         }

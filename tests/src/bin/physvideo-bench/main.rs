@@ -5,6 +5,7 @@
 mod lagrangian;
 mod mpm;
 mod points;
+mod skip;
 mod wp;
 
 use std::collections::BTreeMap;
@@ -88,6 +89,12 @@ enum What {
         #[arg(long, default_value_t = 15)]
         repeats: usize,
     },
+    /// What a scene does not need: time of a substep in a domain 8 times as large.
+    Skip {
+        /// Counted frames of 50 substeps.
+        #[arg(long, default_value_t = 9)]
+        repeats: usize,
+    },
     /// Work–precision diagrams: evaluations of the network against error, as SVG and CSV.
     Wp {
         #[command(subcommand)]
@@ -113,6 +120,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         What::Mpm { edge, spacing, substeps, repeats, all } => mpm::bench(&gpu, edge, spacing, substeps, repeats, all),
         What::Elastic { edge, substeps, repeats } => lagrangian::bench(&gpu, edge, substeps, repeats),
         What::Points { points, width, height, repeats } => points::bench(&gpu, points, [width, height], repeats),
+        What::Skip { repeats } => skip::bench(&gpu, repeats),
         What::Wp { ref problem } => wp::bench(&gpu, problem),
     }
 }

@@ -23,9 +23,11 @@ pub fn cube(edge: usize, spacing: f32) -> World {
         density: 40.0,
         velocities: vec![[0.0; 3]; positions.len()],
         pinned: vec![],
+        gravity: None,
         prestress: false,
         particle_volume: spacing.powi(3),
         fields: 0,
+        recycle: None,
         positions,
     };
     World {

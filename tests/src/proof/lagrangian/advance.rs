@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use physvideo_gpu::kernels::{Clock, ElasticNode, Forces, Solid};
+use physvideo_gpu::kernels::{Body, Clock, ElasticNode, Forces, Solid};
 
 use super::{Bodies, HELD, NOBODY, around, moved, solids};
 use crate::proof::mpm::{Vec3, force, vec3};
@@ -81,8 +81,9 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         let mirror = (node.mirror != NOBODY).then_some(node.mirror as usize);
         let f = sums[i] - mirror.map_or(Vec3::zeros(), |m| sums[m]);
         let (x, speed) = (vec3(&node.x) + vec3(&u[i]), vec3(&v[i]));
-        let mask = solids[(node.tag & 0xff) as usize].fields;
-        let (a, close) = force::acceleration(&forces, mask, x, speed, 1.0);
+        let solid = &solids[(node.tag & 0xff) as usize];
+        let body = Body { fields: solid.fields, gravity: solid.gravity, ..Default::default() };
+        let (a, close) = force::acceleration(&forces, &body, x, speed, 1.0);
         let m = f64::from(node.m);
         let kick = 0.5 * (f64::from(v[i][3]) + dt);
         let next = speed + kick * (f / m + a);

@@ -136,7 +136,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let limit = 1.1 * f64::from(was.wave_speed);
     if sound && (fastest / limit - 1.0).abs() > 1e-4 {
         let speed = f64::from(f32::from_bits(was.speed_bits));
-        let speed = if fastest > limit { speed.max(fastest - f64::from(was.wave_speed)) } else { speed };
+        let speed = if fastest > limit { speed.max(fastest) } else { speed };
         // A difference of waves of all sizes.
         all.push(Compared::near(
             "speed",

@@ -8,10 +8,10 @@ pub mod sample;
 
 use std::collections::BTreeMap;
 
-use physvideo_gpu::kernels::{Body, ElasticCell, ElasticNode, Reference, Rest, Skin, Solid};
+use physvideo_gpu::kernels::{self, Body, ElasticCell, ElasticNode, Reference, Rest, Skin, Solid};
 
 use super::Ask;
-use super::mpm::{Mat3, Vec3, bodies, elastic, spline, vec3};
+use super::mpm::{Mat3, Vec3, bodies, law, spline, vec3};
 use crate::random::Random;
 
 /// No node, no point.
@@ -55,9 +55,11 @@ pub fn solids() -> Vec<Solid> {
         volume: (0.125 * DX.powi(3)) as f32,
         stiffness: 4e4,
         wave: 6.0,
-        spare: 0,
+        gravity: b.gravity,
+        ..Default::default()
     };
-    bodies().iter().map(solid).collect()
+    let elastic = [kernels::family::material::COROTATED, kernels::family::material::NEO_HOOKEAN, u32::MAX];
+    bodies().iter().filter(|b| elastic.contains(&b.material)).map(solid).collect()
 }
 
 /// Moved by a step.
@@ -98,7 +100,7 @@ pub fn piola(solid: &Solid, f: &Mat3) -> Mat3 {
     let (mu, lambda) = (f64::from(solid.mu), f64::from(solid.lambda));
     let (c, j) = (cofactor(f), f.determinant());
     match solid.material {
-        1 => 2.0 * mu * (f - elastic::rotation(f)) + lambda * (j - 1.0) * c,
+        1 => 2.0 * mu * (f - law::rotation(f)) + lambda * (j - 1.0) * c,
         2 => mu * f + (lambda * j.max(0.05).ln() - mu) / j.max(0.05) * c,
         _ => Mat3::zeros(),
     }

@@ -28,13 +28,14 @@ fn inputs(ask: Ask) -> Call {
         dx: random.range(0.005, 0.05),
         courant: 0.75,
         wave_speed: random.range(10.0, 60.0),
-        speed_bits: random.range(0.0, 20.0).to_bits(),
+        speed_bits: random.range(0.0, 80.0).to_bits(),
         substeps: random.below(100) as u32,
         dt_min: if random.chance(0.3) { 0.0 } else { random.range(1e-5, 1e-2) },
         dt_max: random.range(1e-5, 1e-2),
         clamped_velocity: 3,
         quarantined: 4,
         particles: ask.items as u32,
+        runs: [[7, 1, 1, 65], [0, 1, 1, ask.items as u32], [0; 4], [0; 4], [0; 4], [0; 4], [0; 4], [1, 1, 1, 1]],
         ..Default::default()
     };
     let mut live = Live { blocks: 3, nodes: 9, cursor: 100, rows: 70, row_groups: 2, ..Default::default() };
@@ -82,6 +83,12 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let mut facts = vec![
         Compared::fact("the list of blocks is empty", live == live_want),
         Compared::equal("groups", &now.particle_groups, &[groups, 1, 1]),
+        Compared::equal(
+            "groups of the runs",
+            &now.runs.map(|r| r[0]),
+            &was.runs.map(|r| if stop { 0 } else { r[3].div_ceil(64) }),
+        ),
+        Compared::equal("particles of the runs", &now.runs.map(|r| r[3]), &was.runs.map(|r| r[3])),
         Compared::equal("substeps", &[now.substeps], &[was.substeps + u32::from(!stop)]),
         Compared::near(
             "t",
@@ -98,7 +105,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     // A speed that is not finite counts as the largest there is: the step is then as good as nothing.
     let speed = f32::from_bits(was.speed_bits);
     let speed = if speed.is_finite() { of(speed) } else { of(f32::MAX) };
-    let mut limit = of(was.courant) * of(was.dx) / (of(was.wave_speed) + speed);
+    let mut limit = of(was.courant) * of(was.dx) / of(was.wave_speed).max(speed);
     if was.longest > 0.0 {
         limit = limit.min(of(was.longest));
     }

@@ -1,6 +1,6 @@
 //! Force fields in f64: schedule, region, and the acceleration of each kind.
 
-use physvideo_gpu::kernels::{Field, Forces};
+use physvideo_gpu::kernels::{Body, Field, Forces};
 
 use super::{Vec3, vec3};
 
@@ -38,17 +38,38 @@ pub fn forces() -> Forces {
         ..Default::default()
     };
     let over = Field { kind: 1, start: 0.0, end: 0.5, a: [1e3, 1e3, 1e3, 0.0], ..Default::default() };
-    let mut all = Forces { gravity: [0.1, -0.2, -9.81, 0.0], count: 4, ..Default::default() };
-    all.d[..4].copy_from_slice(&[everywhere, gust, poke, over]);
+    let curl = Field {
+        kind: 4,
+        end: 9.0,
+        p0: 70.0,
+        p1: 0.2,
+        p2: 0.3,
+        a: [0.36, 0.48, 0.8, 0.0],
+        b: [-0.05, 0.4, 0.2, 0.0],
+        ..Default::default()
+    };
+    let steady = Field { p0: -30.0, p2: 0.0, b: [0.1, 0.2, 0.3, 0.0], ..curl };
+    let drag = Field { kind: 5, end: 9.0, a: [4.0, 11.0, 23.0, 0.0], ..Default::default() };
+    let push = Field {
+        kind: 6,
+        end: 9.0,
+        p0: 15.0,
+        p1: 90.0,
+        p2: 0.2,
+        a: [1.0, -0.7, 0.4, 0.11],
+        b: [0.3, 77.0, 7.0, 0.0],
+        ..Default::default()
+    };
+    let mut all = Forces { count: 8, ..Default::default() };
+    all.d[..8].copy_from_slice(&[everywhere, gust, poke, over, curl, steady, drag, push]);
     all
 }
 
 /// Acceleration on material of a body at x moving at v, and whether rounding could decide about it.
-pub fn acceleration(forces: &Forces, mask: u32, x: Vec3, v: Vec3, t: f64) -> (Vec3, bool) {
-    // The highest bit says that gravity is carried from the start.
-    let (mut sum, mut close) = (if mask >> 31 == 1 { Vec3::zeros() } else { vec3(&forces.gravity) }, false);
+pub fn acceleration(forces: &Forces, body: &Body, x: Vec3, v: Vec3, t: f64) -> (Vec3, bool) {
+    let (mut sum, mut close) = (vec3(&body.gravity), false);
     for (i, field) in forces.d[..forces.count as usize].iter().enumerate() {
-        if mask >> i & 1 == 1 {
+        if body.fields >> i & 1 == 1 {
             let margin = inside(field, x).min(t - f64::from(field.start)).min(f64::from(field.end) - t);
             close |= margin.abs() < MARGIN;
             if margin >= 0.0 {
@@ -88,8 +109,56 @@ fn kind(field: &Field, x: Vec3, v: Vec3, t: f64) -> Vec3 {
         2 => p0 * (a * (1.0 + p1 * (std::f64::consts::TAU * p2 * (t - f64::from(field.start))).sin()) - v),
         // A push that falls off as a Gaussian of width p0 around b.
         3 => a * (-(x - b).norm_squared() / (2.0 * p0 * p0)).exp(),
+        // c e^(−r/R) sin(ωt) along the tangent, steady without ω.
+        4 => {
+            let radial = (x - b) - a * a.dot(&(x - b));
+            let swing = (std::f64::consts::TAU * p2 * (t - f64::from(field.start))).sin();
+            let size = p0 * (-radial.norm() / p1).exp() * if p2 == 0.0 { 1.0 } else { swing };
+            size * a.cross(&radial.normalize())
+        }
+        5 => -a.component_mul(&v),
+        6 => {
+            let size = (p0 + p1 * (x[2] - p2)).max(0.0);
+            let at = [x[0], x[1], x[2], t * f64::from(field.a[3]) / b[0]].map(|c| c / f64::from(field.a[3]));
+            size * a.component_mul(&value_noise(at, [field.b[1] as u32, field.b[2] as u32]))
+        }
         _ => Vec3::zeros(),
     }
+}
+
+/// Noise of variance 1: Σ w u / sqrt(Σ w²) over the 16 corners of the cell, u uniform with variance 1, w products of
+/// 3s² − 2s³ and its complement.
+fn value_noise(at: [f64; 4], stream: [u32; 2]) -> Vec3 {
+    let from = pcg4d([stream[0], stream[1], 0, 0]);
+    let (mut sum, mut squares) = (Vec3::zeros(), 0.0);
+    for corner in 0..16_i64 {
+        let mut weight = 1.0;
+        let mut place = [0_u32; 4];
+        for axis in 0..4 {
+            let (low, up) = (at[axis].floor(), corner >> axis & 1);
+            let s = at[axis] - low;
+            let rise = s * s * (3.0 - 2.0 * s);
+            weight *= if up == 1 { rise } else { 1.0 - rise };
+            place[axis] = from[axis].wrapping_add((low as i64 + up) as u32);
+        }
+        let word = pcg4d(place);
+        // A word as a number with a sign is uniform in [−1, 1) · 2³¹, of variance 2⁶²/3.
+        let u = |axis: usize| f64::from(word[axis] as i32) / 2f64.powi(31) * 3f64.sqrt();
+        sum += weight * Vec3::new(u(0), u(1), u(2));
+        squares += weight * weight;
+    }
+    sum / squares.sqrt()
+}
+
+/// PCG4D as its authors give it (Jarzynski & Olano 2020, listing 2).
+fn pcg4d(v: [u32; 4]) -> [u32; 4] {
+    let mix = |[x, y, z, w]: [u32; 4]| {
+        let x = x.wrapping_add(y.wrapping_mul(w));
+        let y = y.wrapping_add(z.wrapping_mul(x));
+        let z = z.wrapping_add(x.wrapping_mul(y));
+        [x, y, z, w.wrapping_add(y.wrapping_mul(z))]
+    };
+    mix(mix(v.map(|c| c.wrapping_mul(1_664_525).wrapping_add(1_013_904_223))).map(|c| c ^ (c >> 16)))
 }
 
 #[cfg(test)]

@@ -3,11 +3,12 @@
 
 use physvideo_gpu::kernels::{Body, Clock, Deformation, Grid, Particle};
 
-use super::{Mat3, Vec3, affine, bodies, elastic, gradient, spline, stress, vec3};
+use super::{Mat3, Vec3, affine, bodies, gradient, law, memory, spline, stress, vec3};
 use crate::proof::cloud::{Cloud, PINNED, QUARANTINED, grid};
 use crate::proof::lattice::{Lattice, NOWHERE};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 use crate::random::Random;
+use physvideo_gpu::kernels::family::material::LIQUID;
 
 pub static CASE: Case = Case {
     kernel: "mpm/g2p",
@@ -21,12 +22,34 @@ pub static CASE: Case = Case {
     flops: 900.0,
 };
 
+const PACKED: f32 = 0.9;
 const MAX_STRETCH: f64 = 0.5;
 const MIN_VOLUME: f64 = 0.05;
 
-/// Odd seeds use the MLS gradient.
+/// Which particles a call is for, and of what.
+#[derive(Clone, Copy, PartialEq)]
+enum Form {
+    /// All, in the order of their cells.
+    All,
+    /// A stretch of them.
+    Stretch,
+    /// A stretch of a liquid.
+    Liquid,
+}
+
+fn form(call: &Call) -> Form {
+    let on = |name: &str| call.constants == call.constants.clone().with(name, 1.0);
+    match (on("ALL"), on("LIQUID")) {
+        (true, _) => Form::All,
+        (_, false) => Form::Stretch,
+        _ => Form::Liquid,
+    }
+}
+
+/// Odd seeds use the MLS gradient; every third takes a stretch, every third a stretch of a liquid.
 fn inputs(ask: Ask) -> Call {
     let mut random = Random::new(ask.seed ^ 0x62b);
+    let (stretch, liquid) = (!ask.seed.is_multiple_of(3), ask.seed % 3 == 2);
     let mut cloud = Cloud::new(ask);
     // A deformation that is not sound is found here, where the stress is made.
     let (gone, torn) = cloud.poisoned.split_at(cloud.poisoned.len() / 2);
@@ -35,13 +58,22 @@ fn inputs(ask: Ask) -> Call {
     for i in &torn {
         cloud.particles[*i] = sound.particles[*i];
         cloud.particles[*i].tag = (*i % 2) as u32; // a body whose material makes a stress of it
-        cloud.deformations[*i].f1[random.below(3)] = [f32::NAN, f32::INFINITY, 3e38][*i % 3];
+        let bad = [f32::NAN, f32::INFINITY, if liquid { f32::NAN } else { 3e38 }][*i % 3];
+        if liquid { cloud.deformations[*i].f0[0] = bad } else { cloud.deformations[*i].f1[random.below(3)] = bad }
     }
     cloud.poisoned = gone;
     let mut cloud = cloud.quarantined();
     // Some are squeezed flat: one more step would turn them inside out.
     for d in cloud.deformations.iter_mut().skip(7).step_by(50) {
         d.f2 = [d.f2[0] * 0.02, d.f2[1] * 0.02, d.f2[2] * 0.02, 0.0];
+        if liquid {
+            d.f0[0] = 0.051;
+        }
+    }
+    let mut all = bodies();
+    if liquid {
+        let one = *all.iter().find(|b| b.material == LIQUID).expect("there is a liquid");
+        all.fill(one);
     }
     let sorted = Lattice::new(grid(), &cloud.particles, ask.seed);
     let slots = sorted.grid.capacity as usize;
@@ -49,16 +81,24 @@ fn inputs(ask: Ask) -> Call {
         .map(|_| {
             let size = if random.chance(0.1) { 8.0 } else { 1.0 };
             let v = random.vector(size);
-            [v[0], v[1], v[2], random.range(0.0, 1e-3)]
+            // As dense as a liquid, more or less.
+            let m = if liquid { random.range(5e-3, 1.2e-2) } else { random.range(0.0, 1e-3) };
+            [v[0], v[1], v[2], m]
         })
         .collect();
     let clock =
         Clock { dt: 4e-3, speed_bits: 0.5f32.to_bits(), clamped_strain: 3, quarantined: 2, ..Default::default() };
+    let flag = |on: bool| f64::from(u8::from(on));
+    let (first, count) = if stretch { (ask.items / 4, ask.items / 2) } else { (0, 0) };
+    let grid = Grid { first: first as u32, count: count as u32, ..sorted.grid };
     Call::new(ask.items.div_ceil(64) + 1)
-        .constant("TRUE_GRADIENT", f64::from(u8::from(ask.seed.is_multiple_of(2))))
+        .constant("TRUE_GRADIENT", flag(ask.seed.is_multiple_of(2)))
+        .constant("ALL", flag(!stretch))
+        .constant("LIQUID", flag(liquid))
+        .constant("PACKED", f64::from(PACKED))
         .with("particles", &cloud.particles)
         .with("deformations", &cloud.deformations)
-        .with("bodies", &bodies())
+        .with("bodies", &all)
         .with("order", &sorted.order)
         .same("was", "particles")
         .same("deformed", "deformations")
@@ -67,7 +107,7 @@ fn inputs(ask: Ask) -> Call {
         .with("table", &sorted.table)
         .with("live", &[sorted.counters()])
         .with("nodes", &nodes)
-        .grid(&sorted.grid)
+        .grid(&grid)
         .with("clock", &[clock])
 }
 
@@ -98,47 +138,74 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let true_gradient = on("TRUE_GRADIENT");
     let (dx, dt) = (f64::from(grid.dx), f64::from(clock.dt));
     let sorted = Lattice::new(self::grid(), &was, 0);
+    let form = form(call);
+    let stretch = grid.first as usize..(grid.first + grid.count) as usize;
     let (mut x, mut v, mut c, mut f, mut tau) = <(Column, Column, Column, Column, Column)>::default();
+    let mut kept = Column::default();
     let (mut strained, mut squeezed, mut lost, mut idle) = (0, 0, 0, true);
     let mut fastest = f64::from(f32::from_bits(clock.speed_bits));
     for i in 0..was.len() {
         let (p, q) = (&was[i], &now[i]);
         let bytes = |p: &Particle, d: &Deformation| [bytemuck::bytes_of(p), bytemuck::bytes_of(d)].concat();
-        if sorted.keys[i] == NOWHERE || p.tag & PINNED != 0 {
+        let meant = form == Form::All || stretch.contains(&i);
+        if !meant || sorted.keys[i] == NOWHERE || p.tag & PINNED != 0 {
             idle &= bytes(p, &def_was[i]) == bytes(q, &def_now[i]);
             continue;
         }
         let mut moved = Motion::default();
         for r in spline::reach(&grid, &p.x) {
-            moved.add(&r, nodes.velocity(r.node));
+            moved.add(&r, nodes.velocity(r.node), nodes.mass(r.node));
         }
-        fastest = fastest.max(moved.velocity.norm());
         let affine_want = moved.moment * (4.0 / (dx * dx));
         let mut l = if true_gradient { moved.gradient } else { affine_want };
         if dt * l.norm() > MAX_STRETCH {
             l *= MAX_STRETCH / (dt * l.norm());
             strained += 1;
         }
-        let old = gradient(&def_was[i]);
-        let mut next = old + dt * l * old;
+        let body = &bodies[(p.tag & 0xff) as usize];
+        let liquid = body.material == LIQUID;
+        // Of a liquid F is J alone, which grows with the divergence.
+        let old = if liquid { Mat3::identity() * f64::from(def_was[i].f0[0]) } else { gradient(&def_was[i]) };
+        let mut doubtful = false;
+        let mut next = if liquid { old * (1.0 + dt * l.trace()) } else { old + dt * l * old };
+        if liquid {
+            // Where the grid says that it is denser, J goes there by a tenth.
+            let packed = f64::from(p.m) / f64::from(def_was[i].f0[3]) * dx.powi(3) / moved.mass;
+            doubtful = (packed / f64::from(PACKED) - next[0].min(1.0)).abs() < 1e-4 * packed;
+            if packed > f64::from(PACKED) * next[0].min(1.0) && packed < next[0] {
+                next += Mat3::identity() * (0.1 * (packed - next[0]));
+            }
+        }
         if !(next.iter().all(|c| c.is_finite()) && next.norm() < 1e15) {
             // No stress can be made of it: the particle is taken out.
             lost += 1;
             idle &= q.tag == p.tag | QUARANTINED;
             continue;
         }
-        if next.determinant() < MIN_VOLUME {
+        if (if liquid { next[0] } else { next.determinant() }) < MIN_VOLUME {
             next = old;
             squeezed += 1;
         }
-        let body = &bodies[(p.tag & 0xff) as usize];
         let volume = f64::from(def_was[i].f0[3]);
-        let want = volume * elastic::stress(body, &next).0;
-        let stiffness = volume * f64::from(body.mu + body.lambda) * (1.0 + next.norm_squared());
+        let answer = law::respond(body, &next, memory(&def_was[i]), &l);
+        let want = volume * answer.tau;
+        let stiffness = volume * law::stiffness(body, &next, &answer);
+        if doubtful {
+            continue; // rounding decides which way it goes
+        }
+        fastest = fastest.max(moved.velocity.norm() + f64::from(body.wave) * answer.wave);
         x.add(vec3(&q.x).as_slice(), (vec3(&p.x) + dt * moved.velocity).as_slice(), vec3(&p.x).norm());
         v.add(vec3(&q.v).as_slice(), moved.velocity.as_slice(), moved.size);
         c.add(affine(q).as_slice(), affine_want.as_slice(), 4.0 / dx * moved.size);
-        f.add(gradient(&def_now[i]).as_slice(), next.as_slice(), old.norm() * (1.0 + dt * 4.0 / dx * moved.size));
+        let size = old.norm() * (1.0 + dt * 4.0 / dx * moved.size);
+        if form == Form::Liquid {
+            // Only J is written.
+            f.add([f64::from(def_now[i].f0[0])], [answer.f[0]], size);
+            idle &= (def_now[i].f1, def_now[i].f2) == (def_was[i].f1, def_was[i].f2);
+        } else {
+            f.add(gradient(&def_now[i]).as_slice(), answer.f.as_slice(), size);
+            kept.add([memory(&def_now[i])], [answer.memory], 1.0 + answer.memory.abs() + size);
+        }
         tau.add(stress(q).as_slice(), want.as_slice(), stiffness);
         idle &= (q.tag, q.m, def_now[i].f0[3]) == (p.tag, p.m, def_was[i].f0[3]);
     }
@@ -148,6 +215,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         v.done("v"),
         c.done("C"),
         f.done("F"),
+        kept.done("memory"),
         tau.done("V0 τ"),
         Compared::near("fastest", vec![f64::from(f32::from_bits(after.speed_bits))], vec![fastest], fastest),
         Compared::equal(
@@ -169,10 +237,13 @@ struct Motion {
     gradient: Mat3,
     /// Largest speed in reach.
     size: f64,
+    /// Σ w m.
+    mass: f64,
 }
 
 impl Motion {
-    fn add(&mut self, r: &spline::Reach, v: Vec3) {
+    fn add(&mut self, r: &spline::Reach, v: Vec3, mass: f64) {
+        self.mass += r.weight * mass;
         self.velocity += r.weight * v;
         self.moment += r.weight * v * r.offset.transpose();
         self.gradient += v * r.gradient.transpose();
@@ -188,8 +259,16 @@ struct Nodes {
 
 impl Nodes {
     fn velocity(&self, node: [i64; 3]) -> Vec3 {
+        vec3(&self.node(node))
+    }
+
+    fn mass(&self, node: [i64; 3]) -> f64 {
+        self.node(node)[3].into()
+    }
+
+    fn node(&self, node: [i64; 3]) -> [f32; 4] {
         let n = node.map(|c| u32::try_from(c).expect("inside the grid"));
         let slot = self.table[crate::proof::lattice::index(&self.grid, n.map(|c| c / 4)) as usize] - 1;
-        vec3(&self.nodes[(slot * 64 + n[2] % 4 * 16 + n[1] % 4 * 4 + n[0] % 4) as usize])
+        self.nodes[(slot * 64 + n[2] % 4 * 16 + n[1] % 4 * 4 + n[0] % 4) as usize]
     }
 }

@@ -2,7 +2,7 @@
 
 use physvideo_gpu::kernels::{Body, Deformation, Only, Particle, Sums};
 
-use super::{bodies, elastic, gradient, vec3};
+use super::{Mat3, bodies, gradient, law, memory, vec3};
 use crate::proof::cloud::{Cloud, QUARANTINED};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 
@@ -22,7 +22,7 @@ fn inputs(ask: Ask) -> Call {
     let cloud = Cloud::new(ask).quarantined();
     let groups = ask.items.div_ceil(64);
     Call::new(groups)
-        .immediates(&Only { body: (ask.seed % 3) as u32, count: ask.items as u32 })
+        .immediates(&Only { body: (ask.seed as usize % bodies().len()) as u32, count: ask.items as u32 })
         .with("particles", &cloud.particles)
         .with("deformations", &cloud.deformations)
         .with("bodies", &bodies())
@@ -49,7 +49,9 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             let (m, x, v) = (f64::from(p.m), vec3(&p.x), vec3(&p.v));
             let spin = m * x.cross(&v);
             let volume = f64::from(d.f0[3]);
-            let energy = volume * elastic::stress(&bodies[only.body as usize], &gradient(d)).1;
+            let body = &bodies[only.body as usize];
+            let answer = law::respond(body, &gradient(d), memory(d), &Mat3::zeros());
+            let energy = volume * answer.energy;
             let terms = [
                 m * v[0],
                 m * v[1],
@@ -63,8 +65,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
                 m * x[2],
                 0.0,
             ];
-            let body = &bodies[only.body as usize];
-            let stiff = volume * f64::from(body.mu + body.lambda) * gradient(d).norm_squared();
+            let stiff = volume * law::stiffness(body, &gradient(d), &answer);
             for (i, term) in terms.iter().enumerate() {
                 sum[i] += term;
                 size[i] += match i {

@@ -1,11 +1,12 @@
 //! Proofs of `wgsl/mpm`, and the equations their twins share, in f64. Written from the equations, not from the WGSL.
 
 pub mod clock;
-pub mod elastic;
 pub mod force;
 pub mod g2p;
 pub mod grid;
 pub mod grid_rows;
+#[path = "material.rs"]
+pub mod law;
 pub mod measure;
 pub mod obstacle;
 pub mod p2g;
@@ -16,6 +17,7 @@ pub mod spline;
 pub mod stress_case;
 
 use nalgebra::{Matrix3, Vector3};
+use physvideo_gpu::kernels::family::material;
 use physvideo_gpu::kernels::{Body, Deformation, MEMBERS, Particle};
 
 /// A vector in f64.
@@ -55,9 +57,33 @@ pub fn bodies() -> Vec<Body> {
         .zip(0u32..)
         .map(|(material, i)| {
             let (mu, lambda) = (900.0 - 200.0 * (i % 3) as f32, 1500.0 - 1100.0 * (i % 2) as f32);
-            Body { material, fields: [0b1011, 0b1101][i as usize % 2] | 0xfff0, mu, lambda }
+            Body {
+                material,
+                fields: [0b1011, 0b1101][i as usize % 2] | 0xfff0,
+                mu,
+                lambda,
+                p: own(material),
+                gravity: [0.1 * i as f32, -0.2, -9.81],
+                wave: 3.0 + i as f32,
+            }
         })
         .collect();
-    all.push(Body { material: u32::MAX, fields: 1 << 31, mu: 800.0, lambda: 800.0 });
+    all.push(Body { material: u32::MAX, mu: 800.0, lambda: 800.0, wave: 2.0, ..Default::default() });
     all
+}
+
+/// Parameters of a material's own: some particles of the clouds yield by them, some do not.
+fn own(kind: u32) -> [f32; 4] {
+    match kind {
+        material::PLASTIC => [300.0, 200.0, 0.0, 0.0],
+        material::SNOW => [0.1, 0.05, 2.0, 0.6],
+        material::SAND => [0.1, 0.0, 0.0, 0.0],
+        material::LIQUID => [7.0, 0.3, 0.0, 0.0],
+        _ => [0.0; 4],
+    }
+}
+
+/// What a material of the device would be asked about a particle.
+pub fn memory(d: &Deformation) -> f64 {
+    f64::from(d.f1[3])
 }

@@ -58,8 +58,9 @@ fn clock() -> Clock {
 /// Moves particles off the borders of force regions, where rounding decides.
 fn keep_clear(particles: &mut [Particle]) {
     let forces = force::forces();
+    let everything = Body { fields: u32::MAX, ..Default::default() };
     for p in particles {
-        while force::acceleration(&forces, u32::MAX, vec3(&p.x), vec3(&p.v), 1.0).1 {
+        while force::acceleration(&forces, &everything, vec3(&p.x), vec3(&p.v), 1.0).1 {
             p.x[0] += 3.0 * force::MARGIN as f32;
         }
     }
@@ -103,9 +104,9 @@ fn compare_sums(call: &Call, got: &[[f32; 4]], place: fn(usize, usize, [usize; 3
             let base = base(&grid, p.x).expect("only sound particles are ordered");
             let free = if p.tag & PINNED == 0 { 1.0 } else { 0.0 };
             let (m, v, c, tau) = (f64::from(p.m), vec3(&p.v), affine(p), stress(p));
-            let mask = bodies[(p.tag & 0xff) as usize].fields;
+            let body = &bodies[(p.tag & 0xff) as usize];
             let time = f64::from(clock.frame_start) + f64::from(clock.t);
-            let (a, _) = force::acceleration(&forces, mask, vec3(&p.x), v, time);
+            let (a, _) = force::acceleration(&forces, body, vec3(&p.x), v, time);
             let mass = if free > 0.0 { m } else { 1e6 * m };
             let carried = m * (v.norm() + dt * a.norm() + c.norm() * dx) + 4.0 * dt * tau.norm() / dx;
             for r in spline::reach(&grid, &p.x) {

@@ -2,7 +2,7 @@
 
 use physvideo_gpu::kernels::{Body, Clock, Deformation, Particle};
 
-use super::{bodies, elastic, gradient, stress};
+use super::{Mat3, bodies, gradient, law, memory, stress};
 use crate::proof::cloud::Cloud;
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 
@@ -40,8 +40,9 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         if !f.iter().all(|c| c.is_finite()) {
             continue; // of a particle in quarantine, whose stress nobody reads
         }
-        let tau = volume * elastic::stress(body, &f).0;
-        let size = volume * f64::from(body.mu + body.lambda) * (1.0 + f.norm_squared());
+        let answer = law::respond(body, &f, memory(d), &Mat3::zeros());
+        let tau = volume * answer.tau;
+        let size = volume * law::stiffness(body, &f, &answer);
         got.extend(stress(q).iter());
         want.extend(tau.iter());
         scale.extend([size; 9]);

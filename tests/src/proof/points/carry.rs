@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 use physvideo_gpu::kernels::{Bound, Carried, Carrier, Deformation, Particle};
 
 use super::{bind, each};
-use crate::proof::cloud::{Cloud, QUARANTINED};
+use crate::proof::cloud::{Cloud, FLOWS, QUARANTINED};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 use crate::random::Random;
 use crate::twins::points as twin;
@@ -90,7 +90,10 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             }
             let b = &bound[i];
             let f0 = DMat3::from_cols(vec(&b.i0), vec(&b.i1), vec(&b.i2)).transpose().inverse();
-            let p = twin::Particle { x0: vec(&b.x), x: vec(&particles[i].x), f0, f: bind::gradient(&deformations[i]) };
+            // What flows has no F to follow: its points move as it does.
+            let flows = particles[i].tag & FLOWS != 0;
+            let f = if flows { f0 } else { bind::gradient(&deformations[i]) };
+            let p = twin::Particle { x0: vec(&b.x), x: vec(&particles[i].x), f0, f };
             still &= p.x == p.x0 && p.f == DMat3::IDENTITY && f0 == DMat3::IDENTITY;
             size = size.max(at.length() + p.x.length() + 20.0 * (at - p.x0).length());
             sound.push((p, f64::from(carrier.weight[*k])));

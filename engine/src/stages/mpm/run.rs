@@ -1,0 +1,59 @@
+//! Stretches of particles with one material: each is a call of its own, compiled for that material alone, so that a
+//! liquid pays for no singular values of the sand beside it.
+
+use physvideo_gpu::Constants;
+
+use super::Method;
+use super::start::for_bodies;
+use crate::world::{Body, World};
+
+/// Stretches there can be (`Clock.runs`); the last takes what is left, whatever its materials.
+pub(super) const MOST_RUNS: usize = 8;
+
+/// Densities that differ by less count as one, to a liquid that looks at the mass around it.
+const ALIKE: f32 = 0.01;
+/// Where they differ, the share of J below which the mass around a liquid is taken to be something else's.
+const PACKED: f64 = 0.9;
+
+/// A stretch of the particle buffer.
+#[derive(Clone, Debug)]
+pub(super) struct Run {
+    /// Its first particle.
+    pub first: u32,
+    /// How many.
+    pub count: u32,
+    /// Overrides of its call.
+    pub constants: Constants,
+}
+
+/// The stretches of a world, in the order of its bodies.
+pub(super) fn runs(world: &World, method: Method) -> Vec<Run> {
+    let kind = |body: &Body| body.material.law().material;
+    let mut groups: Vec<std::ops::Range<usize>> = Vec::new();
+    for (i, body) in world.bodies.iter().enumerate() {
+        let full = groups.len() == MOST_RUNS;
+        match groups.last_mut() {
+            Some(last) if full || kind(&world.bodies[last.start]) == kind(body) => last.end = i + 1,
+            _ => groups.push(i..i + 1),
+        }
+    }
+    let all = groups.len() == 1;
+    let alike = world.bodies.iter().all(|b| (b.density / world.bodies[0].density - 1.0).abs() < ALIKE);
+    let mut first = 0;
+    groups
+        .into_iter()
+        .map(|group| {
+            let bodies = &world.bodies[group];
+            let count = bodies.iter().map(|b| b.positions.len() as u32).sum();
+            let liquid = bodies.iter().all(|b| kind(b) == physvideo_gpu::kernels::family::material::LIQUID);
+            let flag = |on: bool| if on { 1.0 } else { 0.0 };
+            let constants = for_bodies(world, bodies, method)
+                .with("ALL", flag(all))
+                .with("LIQUID", flag(liquid))
+                .with("PACKED", if alike { 0.0 } else { PACKED });
+            let run = Run { first, count, constants };
+            first += count;
+            run
+        })
+        .collect()
+}

@@ -1,0 +1,60 @@
+//! use lib/clock lib/hash lib/particle lib/texel
+// Particles inside the region of their body's return go back to its source, in the state of the start: undeformed, at the
+// body's velocity, at a random place of the source. Comes before the sort, which takes out what has left the grid.
+//! texels was: Particle
+//! texels returns: Return
+
+// Where the particles of a body return from and to.
+struct Return {
+    region: u32,        // 0: they do not, 1: from a box, 2: from a ball
+    solid: f32,         // 1: F of the start is I; 0: that of a liquid, J alone
+    stream: u32,        // chooses the random places
+    held: u32,          // not used
+    region_min: vec4f,  // box corner, or centre of the ball
+    region_max: vec4f,  // box corner, or radius in x
+    source_min: vec4f,
+    source_max: vec4f,
+    velocity: vec4f,    // [m/s]
+}
+
+struct Particles { d: array<Particle> }
+struct Deformations { d: array<Deformation> }
+struct Words { d: array<u32> }
+struct Tally { recycled: atomic<u32> }
+@group(0) @binding(0) var<storage, read_write> particles: Particles;
+@group(0) @binding(1) var<storage, read_write> deformations: Deformations;
+@group(0) @binding(2) var<storage, read_write> turns: Words;     // how often each has returned
+@group(0) @binding(3) var<storage, read_write> tally: Tally;
+@group(0) @binding(4) var<storage, read> clock: Clock;
+@group(0) @binding(5) var was: texture_1d<u32>;                 // the particles, read
+@group(0) @binding(6) var returns: texture_1d<u32>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let p = id.x;
+    if (p >= clock.particles) { return; }
+    let head = texel(was, 6u * p);
+    let tag = bitcast<u32>(head.w);
+    let at = 6u * (tag & BODY_MASK);
+    let kind = textureLoad(returns, at, 0);
+    if (kind.x == 0u || (tag & (PINNED | QUARANTINED)) != 0u) { return; }
+    let low = texel(returns, at + 1u).xyz;
+    let high = texel(returns, at + 2u).xyz;
+    let x = head.xyz;
+    // Comparisons that NaN fails: what is not finite is left to the sort, which takes it out.
+    let boxed = all(x >= low) && all(x <= high);
+    let round = distance(x, low) <= high.x;
+    if (!select(round, boxed, kind.x == 1u)) { return; }
+    let turn = turns.d[p];
+    turns.d[p] = turn + 1u;
+    let unit = vec3f(pcg4d(vec4u(p, turn, kind.z, 0u)).xyz >> vec3u(8u)) / 16777216.0;
+    let from_low = texel(returns, at + 3u).xyz;
+    let to = from_low + unit * (texel(returns, at + 4u).xyz - from_low);
+    let still = vec4f(0.0);
+    particles.d[p] = Particle(to, tag, texel(returns, at + 5u).xyz, texel(was, 6u * p + 1u).w, still, still, still, still);
+    let solid = bitcast<f32>(kind.y);
+    deformations.d[p].f0 = vec4f(1.0, 0.0, 0.0, deformations.d[p].f0.w);
+    deformations.d[p].f1 = vec4f(0.0, solid, 0.0, 0.0);
+    deformations.d[p].f2 = vec4f(0.0, 0.0, solid, 0.0);
+    atomicAdd(&tally.recycled, 1u);
+}

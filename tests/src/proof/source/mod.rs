@@ -1,0 +1,3 @@
+//! Proofs of `wgsl/source`.
+
+pub mod recycle;
