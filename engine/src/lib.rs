@@ -4,6 +4,7 @@
 pub mod animate;
 pub mod assemble;
 pub mod backdrop;
+pub mod elastic;
 pub mod estimate;
 pub mod flow;
 pub mod geometry;

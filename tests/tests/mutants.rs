@@ -92,7 +92,8 @@ const POINTS: [(&str, &str, &str, &str); 23] = [
 ];
 
 /// The same for elastic bodies on grids of their own.
-const LAGRANGIAN: [(&str, &str, &str, &str); 24] = [
+const LAGRANGIAN: [(&str, &str, &str, &str); 25] = [
+    ("lagrangian/contact", "lib/touch", "min(abs(s), 1.0)", "abs(s)"),
     ("lagrangian/force", "piola/corotated", "2.0 * b.mu) * e", "1.999 * b.mu) * e"),
     ("lagrangian/force", "piola/neo_hookean", "max(dot(f[0], c[0]), LEAST_VOLUME)", "max(dot(f[0], c[0]), 0.06)"),
     ("lagrangian/force", "lagrangian/force", "0.6875 * n.m + 0.15625", "0.6875 * n.m + 0.15615"),

@@ -2,7 +2,9 @@
 
 mod bar;
 mod cantilever;
+mod choice;
 mod contact;
 mod guard;
 mod motion;
+mod rest;
 mod setup;

@@ -1,7 +1,8 @@
 //! Elastic bodies on grids of their own, in total-Lagrangian form: the displacement of the nodes of a body's reference
 //! grid is the only unknown, its particles are quadrature points, F = I + Σ u ⊗ ∇N and f = −Σ V0 P(F) ∇N with weights
 //! that never change (for quadratic B-splines; de Vaucorbeil 2020). No transfer, no sort, no diffusion; bodies neither
-//! tear nor flow. Parts closer than two cells at rest share nodes and act as glued.
+//! tear nor flow. Parts closer than two cells at rest share nodes and act as glued; bodies do not feel each other. Places
+//! are kept as displacements in f32: far from where it started, a body's strain is rounded to 6e-8 of that way per cell.
 //! Records a batch of substeps once and submits it until the device says that the frame is done.
 
 mod clamp;
@@ -22,7 +23,7 @@ use super::solver::{FrameStats, Measure, Solver};
 use crate::world::World;
 
 pub use self::lattice::Unfit;
-pub use self::reference::fit;
+pub use self::reference::{fit, thin};
 
 /// Substeps in a command buffer.
 const BATCH: u32 = 32;
@@ -215,6 +216,17 @@ impl<'gpu> Lagrangian<'gpu> {
         };
         solver.sample()?;
         Ok(solver)
+    }
+
+    /// Bytes that [`Lagrangian::new`] will allocate, before any is made; 0 where it will refuse.
+    pub fn bytes(world: &World) -> u64 {
+        let Ok(r) = Reference::new(world) else { return 0 };
+        let (nodes, cells, skins) = (r.nodes.len() as u64, r.cells.len() as u64, r.skins.len() as u64);
+        let each = (size_of::<Particle>() + size_of::<Deformation>() + size_of::<kernels::Rest>() + 1) as u64;
+        let node = (size_of::<kernels::ElasticNode>() + 4 * 16) as u64;
+        let cell = (size_of::<kernels::ElasticCell>() + 27 * 16) as u64;
+        let skin = (size_of::<kernels::Skin>() + (2 + 4) * 16) as u64;
+        each * r.rests.len() as u64 + node * nodes + cell * cells + skin * skins
     }
 
     /// Bodies' ranges in the particle buffer.

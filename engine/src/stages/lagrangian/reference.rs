@@ -1,7 +1,7 @@
 //! Bodies on grids of their own at rest, ready for the kernels: nodes with lumped masses, cells, points at the surface.
 //! All bodies' nodes and cells are numbered in one go. Opens no device.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use physvideo_gpu::kernels::{ElasticCell, ElasticNode, Rest, Skin, Solid, family::material};
 
@@ -13,9 +13,12 @@ use crate::world::{Body, World};
 pub(super) const NOBODY: u32 = u32::MAX;
 /// A node that does not move by itself (`HELD` in WGSL).
 const HELD: u32 = 0x4000_0000;
-/// Pressure of contact for a depth of one cell, as a share of ρ c². Half of it gives back 0.83 of the speed of an impact
-/// and adds at most c²/dx² to the 7.1 c²/dx² that a Courant number of 0.75 stands.
-const CONTACT: f32 = 0.5;
+/// Pressure of contact for a depth of one cell, as a multiple of ρ c². An impact at v sinks in by v/c over this, in cells;
+/// it adds at most twice this to the 3 c²/dx² of the fastest vibration of a filled lattice, of the 7.1 c²/dx² that a
+/// Courant number of 0.75 stands.
+const CONTACT: f32 = 1.5;
+/// Share of a body's points that may be in no full cube of 2³: bumps of a surface, but no leaf or tip.
+const MOST_THIN: f64 = 0.02;
 
 /// Everything the kernels are told about the bodies.
 #[derive(Default)]
@@ -52,6 +55,21 @@ pub fn fit(world: &World) -> Result<(), (usize, Unfit)> {
         checked.map_err(|why| (index, why))?;
     }
     Ok(())
+}
+
+/// The first body with parts less than two particles thick, if there is one. Quadrature points in one layer feel no
+/// bending: such parts fold.
+pub fn thin(world: &World) -> Option<usize> {
+    world.bodies.iter().position(|body| {
+        let Ok(lattice) = Lattice::of(body, world.dx) else { return false };
+        let all: HashSet<At> = lattice.at.iter().copied().collect();
+        let cube = |low: At| (0..8).all(|c| all.contains(&moved(low, [c & 1, c >> 1 & 1, c >> 2])));
+        let thick = |at: &At| (0..8).any(|c| cube(moved(*at, [-(c & 1), -(c >> 1 & 1), -(c >> 2)])));
+        let free =
+            || lattice.at.iter().enumerate().filter(|(i, _)| body.pinned.get(*i) != Some(&true)).map(|(_, at)| at);
+        let alone = free().filter(|at| !thick(at)).count();
+        alone as f64 > MOST_THIN * free().count() as f64
+    })
 }
 
 impl Reference {

@@ -134,7 +134,8 @@ fn law(
                 if skin.tag >> bit & 1 == 0 {
                     continue;
                 }
-                area += face * s.abs();
+                area += face * s.abs().min(1.0);
+                law.close |= (s.abs() - 1.0).abs() < 1e-5;
                 let mut there = place;
                 there[axis] += 0.25 * way;
                 let mut rest = vec3(&skin.x);
@@ -143,7 +144,7 @@ fn law(
                 let face_at = rest + at_point(cell, fields[0], there).0;
                 let depth = -(gap + (face_at - x).dot(&n));
                 law.close |= depth.abs() < 1e-6;
-                press[axis] = k * face * s.abs() * depth.max(0.0);
+                press[axis] = k * face * s.abs().min(1.0) * depth.max(0.0);
                 law.energy += if c.sticky == 0 { 0.5 * press[axis] * depth.max(0.0) } else { 0.0 };
             }
             let total: f64 = press.iter().sum();
