@@ -80,7 +80,8 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         for corner in (0..8).filter(|k| cell.mask >> k & 1 == 1) {
             let place = quarter(corner);
             let f = Mat3::identity() + at_point(cell, &u, place).1;
-            if !(f.norm_squared() <= 300.0) {
+            let stretched = f.norm_squared();
+            if stretched.is_nan() || stretched > 300.0 {
                 torn += 1;
                 tainted = true;
                 continue;
