@@ -12,7 +12,7 @@ pub fn sag(load: f64, cells: f64, slender: f64) -> f64 {
     let gpu = gpu();
     let (dx, young, density) = (1.0, 1e4, 1.0);
     let (thick, length) = (cells * dx, slender * cells * dx);
-    let beam = fill(dx, [-2.0 * dx, 0.0, 0.0], [length, 2.0 * dx, thick], |_| true);
+    let beam = fill(dx, [-2.0 * dx, 0.0, 0.0], [length, dx, thick], |_| true);
     let stiffness = young * thick.powi(2) / 12.0;
     let g = load * stiffness / (density * length.powi(3));
     // First bending period; the load comes on over three of them, so that little is left to swing.
