@@ -12,6 +12,7 @@ use crate::geometry::{self, GeometryError, PhotoData, SurfaceMap, WorldFromCamer
 use crate::plan::Plan;
 use crate::scene::{Scene, Source};
 use crate::stages::display::{Carry, DisplayArrays, nothing, rgba};
+use crate::stages::lagrangian::{Lagrangian, LagrangianError};
 use crate::stages::mpm::{DORMANT, Method, Mpm};
 use crate::stages::render::{Background, Image, PointRenderer, RenderError, RenderSettings};
 use crate::stages::solver::{FrameStats, Solver};
@@ -23,6 +24,9 @@ pub enum AnimateError {
     /// The device refused.
     #[error(transparent)]
     Gpu(#[from] GpuError),
+    /// The bodies cannot be on grids of their own, or the device refused.
+    #[error(transparent)]
+    Lagrangian(#[from] LagrangianError),
     /// Points cannot be drawn.
     #[error(transparent)]
     Render(#[from] RenderError),
@@ -106,8 +110,12 @@ impl<'gpu> Animation<'gpu> {
         let mut wall_ms = Vec::new();
         let mut took = |stage, since: Instant| wall_ms.push((stage, since.elapsed().as_secs_f64() * 1e3));
         let since = Instant::now();
-        let solver: Option<Box<dyn Solver + 'gpu>> =
-            if plan.runs("simulate") { Some(Box::new(Mpm::new(gpu, &assembled.world, method)?)) } else { None };
+        let world = &assembled.world;
+        let solver: Option<Box<dyn Solver + 'gpu>> = match plan.runs("simulate") {
+            true if assembled.elastic.total_lagrangian => Some(Box::new(Lagrangian::new(gpu, world)?)),
+            true => Some(Box::new(Mpm::new(gpu, world, method)?)),
+            false => None,
+        };
         took("simulate", since);
         let since = Instant::now();
         let mut drawing =

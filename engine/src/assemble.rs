@@ -7,6 +7,7 @@ use std::time::Instant;
 use glam::Vec3;
 use physvideo_gpu::kernels::Camera;
 
+use crate::elastic::{self, Choice};
 use crate::emission;
 use crate::geometry::{
     self, GeometryError, Lattice, MaskBody, Particles, PhotoData, Smoothing, SurfaceMap, TriangleMesh, WorldFromCamera,
@@ -56,6 +57,8 @@ pub struct Assembled {
     pub world: World,
     /// sRGB colours 0–1 of the particles, body after body.
     pub colors: Vec<[f32; 3]>,
+    /// The solver of that, and why.
+    pub elastic: Choice,
     /// Index of each body's object in the scene.
     pub object_of: Vec<usize>,
     /// Objects that only occlude, by index: their points, drawn and not simulated.
@@ -182,7 +185,8 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
             ),
         ));
     }
-    Ok(Assembled { world, colors, object_of, statics, view, camera, size, notes, wall_ms })
+    let elastic = elastic::choose(scene.simulation.elastic, &world)?;
+    Ok(Assembled { world, elastic, colors, object_of, statics, view, camera, size, notes, wall_ms })
 }
 
 /// Milliseconds since.

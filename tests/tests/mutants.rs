@@ -98,6 +98,35 @@ const POINTS: [(&str, &str, &str, &str); 23] = [
     ("points/unproject", "points/unproject", "(bitcast<u32>(z) & 0x7f800000u) != 0x7f800000u && ", ""),
 ];
 
+/// The same for elastic bodies on grids of their own.
+const LAGRANGIAN: [(&str, &str, &str, &str); 25] = [
+    ("lagrangian/contact", "lib/touch", "min(abs(s), 1.0)", "abs(s)"),
+    ("lagrangian/force", "piola/corotated", "2.0 * b.mu) * e", "1.999 * b.mu) * e"),
+    ("lagrangian/force", "piola/neo_hookean", "max(dot(f[0], c[0]), LEAST_VOLUME)", "max(dot(f[0], c[0]), 0.06)"),
+    ("lagrangian/force", "lagrangian/force", "0.6875 * n.m + 0.15625", "0.6875 * n.m + 0.15615"),
+    ("lagrangian/force", "lagrangian/force", "Three(s - d, 0.6875", "Three(s + d, 0.6875"),
+    ("lagrangian/force", "lagrangian/force", "Three(d - s, -2.0 * d, d + s)", "Three(d - s, -2.001 * d, d + s)"),
+    ("lagrangian/force", "lagrangian/force", "corner ^ 2u, 2u", "corner ^ 1u, 2u"),
+    ("lagrangian/force", "lagrangian/force", "(1u << corner) - 1u", "(2u << corner) - 1u"),
+    ("lagrangian/force", "lagrangian/force", "!(size <= MOST_STRETCH)", "size > MOST_STRETCH"),
+    ("lagrangian/force", "lib/reference", "- 2.0);", "- 1.9);"),
+    ("lagrangian/force", "lagrangian/force", "i >= reference.cells", "i > reference.cells"),
+    ("lagrangian/advance", "lagrangian/advance", "0.5 * (last.w + dt)", "dt"),
+    ("lagrangian/advance", "lagrangian/advance", "f -= gather(more.y)", "f += gather(more.y)"),
+    ("lagrangian/advance", "lagrangian/advance", "from_row(b.y, 15u)", "from_row(b.y, 12u)"),
+    ("lagrangian/advance", "lagrangian/advance", "first + below + at, row & 4u", "first + at, row & 4u"),
+    ("lagrangian/advance", "lagrangian/advance", "if (!finite(now)) {", "if (false) {"),
+    ("lagrangian/advance", "lagrangian/advance", "vec4f(-moved, 0.0)", "vec4f(moved, 0.0)"),
+    ("lagrangian/sample", "lib/reference", "WEIGHT.zyx, WEIGHT, upper.y", "WEIGHT, WEIGHT.zyx, upper.y"),
+    ("lagrangian/sample", "lagrangian/sample", "transpose(gradient)", "gradient"),
+    ("lagrangian/sample", "lagrangian/sample", "point == NOBODY", "false"),
+    ("lagrangian/contact", "lagrangian/contact", "dot(moved.zz, o.n)) / 32.0", "dot(moved.zz, o.n)) / 16.0"),
+    ("lagrangian/contact", "lagrangian/contact", "c.friction * normal", "0.99 * c.friction * normal"),
+    ("lagrangian/contact", "lagrangian/contact", "if (normal <= firmest)", "if (normal >= firmest)"),
+    ("lagrangian/contact", "lib/touch", "select(11u + axis, 8u + axis", "select(8u + axis, 11u + axis"),
+    ("lagrangian/contact", "lib/touch", "rotate(hit.xyz, p.axis, p.angle)", "rotate(hit.xyz, p.axis, -p.angle)"),
+];
+
 /// The same for latents.
 const LATENT: [(&str, &str, &str, &str); 30] = [
     ("latent/adapt", "latent/adapt", "given.guidance * (p - u)", "given.guidance * (u - p)"),
@@ -136,7 +165,7 @@ const LATENT: [(&str, &str, &str, &str); 30] = [
 fn every_mistake_is_caught() {
     let copy = tempfile::tempdir().unwrap();
     let mut missed = Vec::new();
-    for (kernel, file, from, to) in MUTANTS.into_iter().chain(EFFECTS).chain(LATENT).chain(POINTS) {
+    for (kernel, file, from, to) in MUTANTS.into_iter().chain(EFFECTS).chain(LAGRANGIAN).chain(LATENT).chain(POINTS) {
         folder::copy_kernels(copy.path());
         folder::edit(copy.path(), file, from, to);
         let gpu = device::open(Options { wgsl: Some(copy.path().into()), validation: false, ..device::options() });

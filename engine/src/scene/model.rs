@@ -170,6 +170,8 @@ pub struct Simulation {
     /// A fixed step [s] instead of the chosen one, for stress tests.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub force_dt: Option<f32>,
+    /// How elastic bodies are solved.
+    pub elastic: Elastic,
     /// Same bits on every run on the same device.
     pub deterministic: bool,
     /// Largest corner-to-corner box the bodies may reach [m]; absent: twice the bodies' own box.
@@ -184,10 +186,24 @@ impl Default for Simulation {
             courant: 0.75,
             error_budget: None,
             force_dt: None,
+            elastic: Elastic::Auto,
             deterministic: true,
             domain: None,
         }
     }
+}
+
+/// How elastic bodies are solved.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Elastic {
+    /// In total-Lagrangian form where that fits, else by MPM.
+    #[default]
+    Auto,
+    /// On a grid of the body's own at rest: bends and vibrates without loss, neither tears nor flows.
+    TotalLagrangian,
+    /// By MPM, on one grid with all other bodies.
+    UpdatedLagrangian,
 }
 
 /// An axis-aligned box [m].

@@ -12,7 +12,8 @@ fn a_plan_says_what_runs_what_does_not_and_why() {
     let said = folder.run(&["plan", "scene.toml", "--output", "frames"]);
     said.expect(0, &[]);
     for line in [
-        "simulate     run      MLS-MPM",
+        "simulate     run      total Lagrangian",
+        "solver       one elastic body on a regular lattice",
         "surfaces     skipped  the scene has no photograph",
         "photo        skipped  the scene has no photograph",
         "points       skipped  `output.points` is not set",

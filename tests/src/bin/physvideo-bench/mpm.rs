@@ -44,7 +44,8 @@ impl Stuff {
     }
 }
 
-fn cube(stuff: Stuff, edge: usize, spacing: f32) -> World {
+/// A cube that begins to fall, just above the ground.
+pub fn cube(stuff: Stuff, edge: usize, spacing: f32) -> World {
     let (material, density) = stuff.body();
     let mut positions = Vec::new();
     for i in 0..edge.pow(3) {
