@@ -47,7 +47,7 @@ pub(super) struct Reference {
 /// The first that cannot, and why.
 pub fn fit(world: &World) -> Result<(), (usize, Unfit)> {
     for (index, body) in world.bodies.iter().enumerate() {
-        if body.recycle.is_some() {
+        if body.recycle.is_some() || body.emission.is_some() {
             return Err((index, Unfit::Recycled));
         }
         let elastic = [material::COROTATED, material::NEO_HOOKEAN].contains(&body.material.law().material);
