@@ -174,7 +174,8 @@ pub struct Simulation {
     pub elastic: Elastic,
     /// Same bits on every run on the same device.
     pub deterministic: bool,
-    /// Largest corner-to-corner box the bodies may reach [m]; absent: twice the bodies' own box.
+    /// Largest corner-to-corner box the bodies may reach [m] on MPM's grid; absent: twice the bodies' own box. A body in
+    /// total-Lagrangian form has no grid to leave.
     pub domain: Option<Domain>,
 }
 
@@ -197,7 +198,7 @@ impl Default for Simulation {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Elastic {
-    /// In total-Lagrangian form where that fits, else by MPM.
+    /// In total-Lagrangian form where that is better: one held body, thick enough everywhere; else by MPM.
     #[default]
     Auto,
     /// On a grid of the body's own at rest: bends and vibrates without loss, neither tears nor flows.

@@ -12,8 +12,8 @@ fn a_plan_says_what_runs_what_does_not_and_why() {
     let said = folder.run(&["plan", "scene.toml", "--output", "frames"]);
     said.expect(0, &[]);
     for line in [
-        "simulate     run      total Lagrangian",
-        "solver       one elastic body on a regular lattice",
+        "simulate     run      MLS-MPM",
+        "solver       nothing holds 'jelly'",
         "surfaces     skipped  the scene has no photograph",
         "photo        skipped  the scene has no photograph",
         "points       skipped  `output.points` is not set",
