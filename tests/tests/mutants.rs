@@ -6,7 +6,7 @@ use physvideo_tests::proof::{Ask, find};
 use physvideo_tests::{device, folder};
 
 /// Kernel whose proof must fail, file, what stands there, what is put in its place.
-const MUTANTS: [(&str, &str, &str, &str); 34] = [
+const MUTANTS: [(&str, &str, &str, &str); 35] = [
     ("cells/clear", "cells/clear", "group.x >= grid.capacity", "group.x >= grid.capacity + 1u"),
     ("cells/locate", "lib/grid", "vec3f(0.5)", "vec3f(0.45)"),
     ("cells/locate", "cells/locate", "!finite(texel(was, 6u * p + 1u).xyz) || ", ""),
@@ -32,6 +32,7 @@ const MUTANTS: [(&str, &str, &str, &str); 34] = [
     ("cells/link", "cells/link", "lane < 8u", "lane < 7u"),
     ("mpm/g2p", "material/corotated", "tau = 2.0 * b.mu", "tau = 1.999 * b.mu"),
     ("mpm/g2p", "mpm/g2p", "z.g.z * c.v", "z.g.y * c.v"),
+    ("mpm/g2p", "mpm/g2p", "FOLLOW * (packed - next)", "0.09 * (packed - next)"),
     ("mpm/g2p", "mpm/g2p", "grid.first + id.x", "id.x"),
     ("mpm/g2p", "mpm/g2p", "!finite(trial.f[0] + trial.f[1] + trial.f[2]) ||", ""),
     ("mpm/g2p", "material/plastic", "0.66666667 * b.p.y", "0.6 * b.p.y"),
@@ -49,7 +50,7 @@ const MUTANTS: [(&str, &str, &str, &str); 34] = [
 ];
 
 /// The same for what acts on bodies from outside.
-const EFFECTS: [(&str, &str, &str, &str); 18] = [
+const EFFECTS: [(&str, &str, &str, &str); 22] = [
     ("mpm/p2g", "field/vortex", "exp(-r / f.p1)", "exp(-r * r / f.p1)"),
     ("mpm/p2g", "field/vortex", "cross(f.a.xyz, x - f.b.xyz)", "cross(x - f.b.xyz, f.a.xyz)"),
     ("mpm/p2g", "field/vortex", "1.0, f.p2 == 0.0", "0.0, f.p2 == 0.0"),
@@ -64,6 +65,10 @@ const EFFECTS: [(&str, &str, &str, &str); 18] = [
     ("mpm/clock", "mpm/clock", "/ 64u - clock.idle_groups", "/ 64u"),
     ("mpm/g2p", "mpm/g2p", "(PINNED | QUARANTINED | ASLEEP)", "(PINNED | QUARANTINED)"),
     ("mpm/measure", "mpm/measure", "(p.tag & DORMANT) != 0u", "false"),
+    ("mpm/survey", "mpm/survey", "0x80000000u, 0xffffffffu", "0x80000000u, 0x7fffffffu"),
+    ("mpm/survey", "mpm/survey", "255u - atomicLoad(&body_low) == atomicLoad(&body_high)", "true"),
+    ("mpm/survey", "mpm/survey", "(tag & (QUARANTINED | ASLEEP)) == 0u", "(tag & QUARANTINED) == 0u"),
+    ("mpm/survey", "mpm/survey", "atomicMax(&most[3], speed)", "atomicStore(&most[3], speed)"),
     ("source/recycle", "source/recycle", "all(x >= low) && all(x <= high)", "all(x >= low)"),
     ("source/recycle", "source/recycle", "(tag & (PINNED | QUARANTINED)) != 0u", "(tag & PINNED) != 0u"),
     ("source/recycle", "source/recycle", "turns.d[p] = turn + 1u;", ""),

@@ -168,6 +168,8 @@ pub struct Simulation {
     pub force_dt: Option<f32>,
     /// Same bits on every run on the same device.
     pub deterministic: bool,
+    /// Bodies at rest that nothing touches are left out until something comes near.
+    pub sleep: bool,
     /// Largest corner-to-corner box the bodies may reach [m]; absent: twice the bodies' own box.
     pub domain: Option<Domain>,
 }
@@ -180,6 +182,7 @@ impl Default for Simulation {
             courant: 0.75,
             force_dt: None,
             deterministic: true,
+            sleep: true,
             domain: None,
         }
     }

@@ -3,6 +3,15 @@
 
 use physvideo_gpu::Gpu;
 
+pub mod bar;
+pub mod cantilever;
+pub mod column;
+pub mod discs;
+pub mod elastic;
+pub mod manufactured;
+pub mod motion;
+pub mod setup;
+
 /// How a problem is run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
@@ -32,6 +41,7 @@ pub struct Outcome {
 }
 
 /// A problem.
+#[derive(Debug)]
 pub struct Problem {
     /// Id of the suite, for example "M5".
     pub id: &'static str,
@@ -51,6 +61,17 @@ pub struct Problem {
 
 /// Every problem.
 pub fn all() -> Vec<&'static Problem> {
-    let groups: [&[Problem]; 0] = [];
-    groups.iter().flat_map(|g| g.iter()).collect()
+    static GROUPS: [&[Problem]; 1] = [&elastic::PROBLEMS];
+    GROUPS.iter().flat_map(|g| g.iter()).collect()
+}
+
+/// Observed order of errors at resolutions: minus the slope of the line of least squares through their logarithms.
+pub fn order(errors: &[(f64, f64)]) -> f64 {
+    let points: Vec<(f64, f64)> = errors.iter().map(|(n, e)| (n.ln(), e.ln())).collect();
+    let n = points.len() as f64;
+    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / n;
+    let (x, y) = (mean(|p| p.0), mean(|p| p.1));
+    let (up, along) =
+        points.iter().fold((0.0, 0.0), |(up, along), p| (up + (p.0 - x) * (p.1 - y), along + (p.0 - x).powi(2)));
+    -up / along
 }

@@ -5,7 +5,7 @@ use physvideo::world::{self, World};
 use physvideo_gpu::Gpu;
 use physvideo_tests::device::gpu;
 
-use super::setup::{body, fill, solver, world};
+use physvideo_tests::problems::setup::{Lattice, solver, world};
 
 const STIFF: Material = Material::Elastic { young: 1e4, poisson: 0.3 };
 
@@ -16,15 +16,20 @@ fn field(force: Force, objects: Option<Vec<String>>) -> Field {
 /// A cylinder about z that nothing else acts on.
 fn cylinder(force: Force) -> World {
     let dx = 1.0 / 32.0;
-    let round = fill(dx, [-0.25, -0.25, 0.0], [0.25, 0.25, 0.125], |x| x[0].hypot(x[1]) < 0.25);
-    let mut w = world(vec![body(STIFF, 15.0, dx, round, |_| [0.0; 3])], dx, [-0.5, -0.5, -0.25], [0.5, 0.5, 0.5]);
+    let round = Lattice::of_eight(dx).fill([-0.25, -0.25, 0.0], [0.25, 0.25, 0.125], |x| x[0].hypot(x[1]) < 0.25);
+    let mut w = world(
+        vec![Lattice::of_eight(dx).body(STIFF, 15.0, &round, |_| [0.0; 3])],
+        dx,
+        [-0.5, -0.5, -0.25],
+        [0.5, 0.5, 0.5],
+    );
     w.fields = vec![world::field(&field(force, None), 0, 0)];
     w
 }
 
 /// Angular momentum about z after each of `frames` [s], what APIC keeps in C included.
 fn spin(gpu: &Gpu, w: &World, frames: &[f32]) -> Vec<f64> {
-    let mut mpm = solver(gpu, w, true);
+    let mut mpm = solver(gpu, w, "updated_lagrangian").unwrap();
     let own = f64::from(w.dx).powi(2) / 4.0;
     let mut out = Vec::new();
     for length in frames {
@@ -33,7 +38,7 @@ fn spin(gpu: &Gpu, w: &World, frames: &[f32]) -> Vec<f64> {
             let [x, y, vx, vy] = [p.x[0], p.x[1], p.v[0], p.v[1]].map(f64::from);
             f64::from(p.m) * (x * vy - y * vx + own * (f64::from(p.c1[0]) - f64::from(p.c0[1])))
         };
-        out.push(gpu.read(mpm.particles).unwrap().iter().map(each).sum());
+        out.push(gpu.read(mpm.particles()).unwrap().iter().map(each).sum());
     }
     out
 }
@@ -75,7 +80,7 @@ fn damping_decays_the_component_it_is_given() {
     strong.fields[0].a[2] = 8000.0;
     assert_eq!(strong.step(), 0.5 / 8000.0);
     let step = f64::from(w.step());
-    let mut mpm = solver(&gpu, &w, true);
+    let mut mpm = solver(&gpu, &w, "updated_lagrangian").unwrap();
     mpm.frame(0.125).unwrap();
     let m = mpm.measure(0).unwrap();
     let v = m.momentum.map(|p| p / m.mass);
@@ -87,7 +92,7 @@ fn damping_decays_the_component_it_is_given() {
     assert!((v[0] - 0.3).abs() < 1e-5 && (v[1] + 0.2).abs() < 1e-5, "{v:?}");
     // Control: without a field nothing decays.
     w.fields.clear();
-    let mut free = solver(&gpu, &w, true);
+    let mut free = solver(&gpu, &w, "updated_lagrangian").unwrap();
     free.frame(0.125).unwrap();
     let m = free.measure(0).unwrap();
     assert!((m.momentum[2] / m.mass - 0.4).abs() < 1e-5);
@@ -101,11 +106,11 @@ fn noise_has_the_mean_and_the_variance_it_states() {
     let mut apart = Vec::new();
     for i in 0..1000 {
         // Five cells and a bit apart, so that every place of a cell of the noise is met.
-        apart.push([i % 10, i / 10 % 10, i / 100].map(|k| (f64::from(k) * 5.37 * dx) as f32));
+        apart.push([i % 10, i / 10 % 10, i / 100].map(|k| f64::from(k) * 5.37 * dx));
     }
     // So soft that a step of a frame is far below its limit.
     let soft = Material::Elastic { young: 1.0, poisson: 0.3 };
-    let mut w = world(vec![body(soft, 15.0, dx, apart, |_| [0.0; 3])], dx, [-0.5; 3], [4.0; 3]);
+    let mut w = world(vec![Lattice::of_eight(dx).body(soft, 15.0, &apart, |_| [0.0; 3])], dx, [-0.5; 3], [4.0; 3]);
     // As strong at z = 0 as 1, at the top 3.4 times.
     let noise =
         Force::Noise { amplitude: 1.0, growth: 0.8, from: 0.0, length: 0.29, time: 0.013, axes: [1.0, 0.5, 0.0] };
@@ -114,12 +119,12 @@ fn noise_has_the_mean_and_the_variance_it_states() {
     let run = |w: &World, seed: u64| {
         let mut w = w.clone();
         w.fields = vec![world::field(&field(noise, None), seed, 0)];
-        let mut mpm = solver(&gpu, &w, true);
+        let mut mpm = solver(&gpu, &w, "updated_lagrangian").unwrap();
         let mut pushes = Vec::new();
         let mut before = vec![[0.0; 3]; 1000];
         for _ in 0..12 {
             mpm.frame(dt).unwrap();
-            for (p, v) in gpu.read(mpm.particles).unwrap().iter().zip(&mut before) {
+            for (p, v) in gpu.read(mpm.particles()).unwrap().iter().zip(&mut before) {
                 let size = 1.0 + 0.8 * f64::from(p.x[2]);
                 let push: [f64; 3] = std::array::from_fn(|a| f64::from(p.v[a] - v[a]) / f64::from(dt) / size);
                 pushes.push((push, size));

@@ -7,21 +7,20 @@ use physvideo::world::{World, ground};
 use physvideo_gpu::kernels::Field;
 use physvideo_gpu::kernels::family::field::WIND;
 use physvideo_tests::device::gpu;
-
-use super::setup::{body, fill, solver, world};
+use physvideo_tests::problems::setup::{Lattice, solver, world};
 
 /// A jelly block that falls on the ground and rebounds, for six frames of 20 ms; the limit of its steps is a Courant
 /// number of about 1.15 (a filled lattice in 3-D).
 fn drop(change: impl Fn(&mut World)) -> (Vec<FrameStats>, f64) {
     let gpu = gpu();
-    let dx = 1.0 / 16.0;
-    let cube = fill(dx, [0.0, 0.0, 0.01], [0.25, 0.25, 0.26], |_| true);
-    let jelly = body(Material::Elastic { young: 5e5, poisson: 0.3 }, 1000.0, dx, cube, |_| [0.0, 0.0, -1.0]);
-    let mut w = world(vec![jelly], dx, [-1.0; 3], [1.5; 3]);
+    let lattice = Lattice::of_eight(1.0 / 16.0);
+    let cube = lattice.fill([0.0, 0.0, 0.01], [0.25, 0.25, 0.26], |_| true);
+    let jelly = lattice.body(Material::Elastic { young: 5e5, poisson: 0.3 }, 1000.0, &cube, |_| [0.0, 0.0, -1.0]);
+    let mut w = world(vec![jelly], lattice.dx, [-1.0; 3], [1.5; 3]);
     w.gravity = [0.0, 0.0, -9.81];
     w.colliders = vec![ground(0.0, 0.3)];
     change(&mut w);
-    let mut mpm = solver(&gpu, &w, true);
+    let mut mpm = solver(&gpu, &w, "updated_lagrangian").unwrap();
     let frames = (0..6).map(|_| mpm.frame(0.02).unwrap()).collect();
     let m = mpm.measure(0).unwrap();
     (frames, m.kinetic + m.elastic)
@@ -63,14 +62,14 @@ fn a_forced_step_is_taken_at_its_word() {
 #[test]
 fn strong_drag_shortens_the_step() {
     let gpu = gpu();
-    let dx = 1.0 / 16.0;
-    let cube = fill(dx, [0.0; 3], [0.25; 3], |_| true);
-    let soft = body(Material::Elastic { young: 2e4, poisson: 0.3 }, 1000.0, dx, cube, |_| [0.0; 3]);
-    let mut w = world(vec![soft], dx, [-1.0; 3], [1.5; 3]);
+    let lattice = Lattice::of_eight(1.0 / 16.0);
+    let cube = lattice.fill([0.0; 3], [0.25; 3], |_| true);
+    let soft = lattice.body(Material::Elastic { young: 2e4, poisson: 0.3 }, 1000.0, &cube, |_| [0.0; 3]);
+    let mut w = world(vec![soft], lattice.dx, [-1.0; 3], [1.5; 3]);
     let wind = |drag: f32| Field { kind: WIND, end: 1e9, p0: drag, a: [3.0, 0.0, 0.0, 0.0], ..Default::default() };
     let speed = |w: &mut World, drag: f32| {
         w.fields = vec![wind(drag)];
-        let mut mpm = solver(&gpu, w, true);
+        let mut mpm = solver(&gpu, w, "updated_lagrangian").unwrap();
         let stats = mpm.frame(0.01).unwrap();
         let m = mpm.measure(0).unwrap();
         (m.momentum[0] / m.mass, stats)
@@ -88,11 +87,11 @@ fn strong_drag_shortens_the_step() {
 #[test]
 fn a_cloud_that_flies_apart_finds_room() {
     let gpu = gpu();
-    let dx = 1.0 / 16.0;
-    let cloud = fill(dx, [-0.25; 3], [0.25; 3], |_| true);
-    let dust = body(Material::Elastic { young: 1.0, poisson: 0.0 }, 1000.0, dx, cloud, |x| x.map(|c| 30.0 * c));
-    let w = world(vec![dust], dx, [-4.0; 3], [4.0; 3]);
-    let mut mpm = solver(&gpu, &w, true);
+    let lattice = Lattice::of_eight(1.0 / 16.0);
+    let cloud = lattice.fill([-0.25; 3], [0.25; 3], |_| true);
+    let dust = lattice.body(Material::Elastic { young: 1.0, poisson: 0.0 }, 1000.0, &cloud, |x| x.map(|c| 30.0 * c));
+    let w = world(vec![dust], lattice.dx, [-4.0; 3], [4.0; 3]);
+    let mut mpm = solver(&gpu, &w, "updated_lagrangian").unwrap();
     let before = gpu.buffers();
     let room = |all: &[(String, &str, u64)]| all.iter().find(|b| b.0 == "cells/rows").map(|b| b.2);
     for _ in 0..5 {

@@ -7,7 +7,7 @@ use physvideo_gpu::kernels::{Particle, Return};
 use physvideo_gpu::{Gpu, kernels::Deformation};
 use physvideo_tests::device::gpu;
 
-use super::setup::{body, fill, solver, world};
+use physvideo_tests::problems::setup::{Lattice, solver, world};
 
 const DX: f64 = 1.0 / 16.0;
 /// Half a cell of motion a substep.
@@ -16,7 +16,7 @@ const DT: f32 = 1.0 / 64.0;
 
 /// A stream through a box of four cells along z: from [0, 0.25) up to z = 0.5, where it starts anew.
 fn stream(material: Material, recycles: bool) -> World {
-    let cube = fill(DX, [0.0; 3], [0.25; 3], |_| true);
+    let cube = Lattice::of_eight(DX).fill([0.0; 3], [0.25; 3], |_| true);
     let returns = Return {
         region: 1,
         solid: 1.0,
@@ -28,7 +28,7 @@ fn stream(material: Material, recycles: bool) -> World {
         velocity: [0.0, 0.0, SPEED, 0.0],
         ..Default::default()
     };
-    let moving = body(material, 15.0, DX, cube, |_| [0.0, 0.0, SPEED]);
+    let moving = Lattice::of_eight(DX).body(material, 15.0, &cube, |_| [0.0, 0.0, SPEED.into()]);
     let moving = Body { recycle: recycles.then_some(returns), ..moving };
     let mut w = world(vec![moving], DX, [-0.1, -0.1, -0.1], [0.35, 0.35, 0.6]);
     w.force_dt = Some(DT);
@@ -37,9 +37,9 @@ fn stream(material: Material, recycles: bool) -> World {
 
 /// Plays `frames` of 64 substeps: returns of each frame, and what is left at the end.
 fn play(gpu: &Gpu, w: &World, frames: usize) -> (Vec<u32>, Vec<Particle>, Vec<Deformation>) {
-    let mut mpm = solver(gpu, w, true);
+    let mut mpm = solver(gpu, w, "updated_lagrangian").unwrap();
     let counts = (0..frames).map(|_| mpm.frame(1.0).unwrap().recycled).collect();
-    (counts, gpu.read(mpm.particles).unwrap(), gpu.read(mpm.deformations).unwrap())
+    (counts, gpu.read(mpm.particles()).unwrap(), gpu.read(mpm.deformations()).unwrap())
 }
 
 /// All move at v through a mean distance of 0.375 m, and are seen at the end of the substep in which they arrive, half a
@@ -78,6 +78,6 @@ fn a_hundred_thousand_returns_keep_their_rate() {
     assert_eq!(again, counts[..2]);
     assert_eq!(same, play(&gpu, &w, 2).1);
     // Control: without returns they leave the grid and are taken out.
-    let mut lost = solver(&gpu, &stream(snow, false), true);
+    let mut lost = solver(&gpu, &stream(snow, false), "updated_lagrangian").unwrap();
     assert_eq!(lost.frame(1.0).unwrap().quarantined as f64, n);
 }

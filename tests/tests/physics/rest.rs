@@ -3,23 +3,23 @@
 use physvideo::scene::Material;
 use physvideo_gpu::kernels::Field;
 use physvideo_tests::device::gpu;
-
-use super::setup::{body, center, fill, solver, world};
+use physvideo_tests::problems::setup::{Lattice, Play, world};
 
 fn sink(prestress: bool, push: f32) -> [f64; 3] {
     let gpu = gpu();
-    let dx = 1.0 / 32.0;
-    let arm = fill(dx, [0.0, 0.0, 0.4], [0.5, 2.0 * dx, 0.4 + 2.0 * dx], |_| true);
-    let mut held = body(Material::Elastic { young: 2e4, poisson: 0.3 }, 40.0, dx, arm, |_| [0.0; 3]);
+    let lattice = Lattice::of_eight(1.0 / 32.0);
+    let dx = lattice.dx;
+    let arm = lattice.fill([0.0, 0.0, 0.4], [0.5, 2.0 * dx, 0.4 + 2.0 * dx], |_| true);
+    let mut held = lattice.body(Material::Elastic { young: 2e4, poisson: 0.3 }, 40.0, &arm, |_| [0.0; 3]);
     held.pinned = held.positions.iter().map(|x| x[0] < 0.1).collect();
     held.prestress = prestress;
     let mut w = world(vec![held], dx, [-0.2, -0.2, 0.0], [0.8, 0.3, 0.6]);
     w.gravity = [0.0, 0.0, -9.81];
     w.fields = vec![Field { kind: 1, end: 1e9, a: [0.0, push, 0.0, 0.0], ..Default::default() }];
-    let mut mpm = solver(&gpu, &w, true);
-    let before = center(&gpu, &mpm);
-    mpm.frame(0.1).unwrap();
-    let after = center(&gpu, &mpm);
+    let mut play = Play::new(&gpu, &w, "updated_lagrangian").unwrap();
+    let before = play.center().unwrap();
+    play.frame(0.1).unwrap();
+    let after = play.center().unwrap();
     std::array::from_fn(|a| after[a] - before[a])
 }
 

@@ -10,6 +10,11 @@ use crate::world::{Body, World};
 /// Stretches there can be (`Clock.runs`); the last takes what is left, whatever its materials.
 pub(super) const MOST_RUNS: usize = 8;
 
+/// Densities that differ by less count as one, to a liquid that looks at the mass around it.
+const ALIKE: f32 = 0.01;
+/// Where they differ, the share of J below which the mass around a liquid is taken to be something else's.
+const PACKED: f64 = 0.9;
+
 /// A stretch of the particle buffer.
 #[derive(Clone, Debug)]
 pub(super) struct Run {
@@ -33,6 +38,7 @@ pub(super) fn runs(world: &World, method: Method) -> Vec<Run> {
         }
     }
     let all = groups.len() == 1;
+    let alike = world.bodies.iter().all(|b| (b.density / world.bodies[0].density - 1.0).abs() < ALIKE);
     let mut first = 0;
     groups
         .into_iter()
@@ -41,7 +47,10 @@ pub(super) fn runs(world: &World, method: Method) -> Vec<Run> {
             let count = bodies.iter().map(|b| b.positions.len() as u32).sum();
             let liquid = bodies.iter().all(|b| kind(b) == physvideo_gpu::kernels::family::material::LIQUID);
             let flag = |on: bool| if on { 1.0 } else { 0.0 };
-            let constants = for_bodies(world, bodies, method).with("ALL", flag(all)).with("LIQUID", flag(liquid));
+            let constants = for_bodies(world, bodies, method)
+                .with("ALL", flag(all))
+                .with("LIQUID", flag(liquid))
+                .with("PACKED", if alike { 0.0 } else { PACKED });
             let run = Run { first, count, constants };
             first += count;
             run

@@ -1,8 +1,9 @@
-//! Work–precision diagrams: run time, counted in evaluations of the network, against error. Each figure is an SVG and a
-//! CSV of the same name; what a budget leaves out is named.
+//! Work–precision diagrams: wall time of the particle solvers, or evaluations of the network, against error. Each figure
+//! is an SVG and a CSV of the same name; what a budget leaves out is named.
 
 mod cost;
 mod norms;
+mod physics;
 mod problems;
 mod sde;
 mod sweeps;
@@ -29,6 +30,18 @@ pub enum Problem {
         #[arg(long, default_value = "assets/wp")]
         out: PathBuf,
     },
+    /// The particle solvers, on problems whose answer is known: wall time against error.
+    Physics {
+        /// Only this one, for example M5.
+        #[arg(long)]
+        problem: Option<String>,
+        /// Minutes, divided among the problems.
+        #[arg(long, default_value_t = 25.0)]
+        budget: f64,
+        /// Folder for the figures.
+        #[arg(long, default_value = "assets/wp")]
+        out: PathBuf,
+    },
 }
 
 /// Numbers of a latent whose moments are measured.
@@ -47,6 +60,7 @@ struct Bench<'gpu> {
     out: &'gpu Path,
     until: Instant,
     left_out: Vec<String>,
+    failed: Vec<String>,
 }
 
 impl Bench<'_> {
@@ -83,23 +97,31 @@ fn cell(v: f64) -> String {
 
 /// Makes every figure of a problem.
 pub fn bench(gpu: &Gpu, problem: &Problem) -> Result<(), String> {
-    let Problem::Flow { budget, out } = problem;
+    let (Problem::Flow { budget, out } | Problem::Physics { budget, out, .. }) = problem;
     if !(*budget >= 0.0 && *budget < 1e6) {
         return Err("the budget is a number of minutes".into());
     }
     std::fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
     let begin = Instant::now();
     let until = begin + Duration::from_secs_f64(60.0 * budget);
-    let mut bench = Bench { gpu, out, until, left_out: Vec::new() };
-    cost::run(&mut bench)?;
-    trips::run(&mut bench)?;
-    norms::run(&mut bench)?;
-    table::run(&mut bench)?;
-    sweeps::run(&mut bench)?;
-    sde::run(&mut bench)?;
+    let mut bench = Bench { gpu, out, until, left_out: Vec::new(), failed: Vec::new() };
+    match problem {
+        Problem::Flow { .. } => {
+            cost::run(&mut bench)?;
+            trips::run(&mut bench)?;
+            norms::run(&mut bench)?;
+            table::run(&mut bench)?;
+            sweeps::run(&mut bench)?;
+            sde::run(&mut bench)?;
+        }
+        Problem::Physics { problem, .. } => physics::run(&mut bench, problem.as_deref())?,
+    }
     println!("{:.1} minutes", begin.elapsed().as_secs_f64() / 60.0);
     for what in &bench.left_out {
         println!("left out by --budget: {what}");
+    }
+    for what in &bench.failed {
+        println!("no result: {what}");
     }
     Ok(())
 }
