@@ -1,6 +1,7 @@
 //! The simulation over the GPU layer: a *Scene* compiles to a *Plan*, stages record kernels over buffers.
 //! Does no file I/O: it is given scene text and decoded arrays, so it can be used as a library.
 
+pub mod accuracy;
 pub mod animate;
 pub mod assemble;
 pub mod backdrop;

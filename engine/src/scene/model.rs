@@ -163,6 +163,10 @@ pub struct Simulation {
     /// Courant number of the elastic wave limit, 0 < C ≤ 1.
     #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
     pub courant: f32,
+    /// Largest error of how far elastic bodies bend, relative (0.05 is 5 %): the cheapest grid density and Courant number
+    /// for it are taken from a measured table, in place of those given.
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub error_budget: Option<f32>,
     /// A fixed step [s] instead of the chosen one, for stress tests.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub force_dt: Option<f32>,
@@ -180,6 +184,7 @@ impl Default for Simulation {
             grid_density: 128.0,
             particles_per_cell: 8,
             courant: 0.75,
+            error_budget: None,
             force_dt: None,
             deterministic: true,
             sleep: true,

@@ -104,9 +104,18 @@ pub struct Overrides {
     /// Number of frames.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: Option<u32>,
+    /// Largest error of how far elastic bodies bend, relative; sets grid density and Courant number.
+    #[arg(long, value_name = "SHARE", value_parser = share)]
+    pub error_budget: Option<f32>,
     /// The last thing that is made; what it does not need is skipped.
     #[arg(long, value_name = "WHAT")]
     pub output: Option<Last>,
+}
+
+/// A positive number.
+fn share(text: &str) -> Result<f32, String> {
+    let number = text.parse::<f32>().ok().filter(|x| x.is_finite() && *x > 0.0);
+    number.ok_or_else(|| "give a number above 0, for example 0.05 for 5 %".into())
 }
 
 /// Options of a run.

@@ -1,5 +1,6 @@
 //! The parts of the program physvideo-engine; `main` only calls them.
 
+mod budget;
 pub mod cli;
 pub mod commands;
 pub mod device;

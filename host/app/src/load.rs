@@ -37,6 +37,7 @@ impl Loaded {
         check_paths(&scene, &text, &file_name, depth_below(&root, path))?;
         scene.seed = overrides.seed.unwrap_or(scene.seed);
         scene.output.frames = overrides.frames.unwrap_or(scene.output.frames);
+        scene.simulation.error_budget = overrides.error_budget.or(scene.simulation.error_budget);
         scene.output.until = overrides.output.map_or(scene.output.until, Into::into);
         Ok(Self { scene, text, file_name, root })
     }

@@ -14,6 +14,7 @@ use physvideo::stages::mpm::Method;
 use physvideo::stages::solver::FrameStats;
 use physvideo_gpu::{Feature, Gpu, Options};
 
+use crate::budget;
 use crate::cli::RunOptions;
 use crate::commands::print;
 use crate::device::{self, DeviceEntry};
@@ -34,7 +35,7 @@ use crate::writer::{Job, Writer};
 /// Whatever ended the run early. From the first frame on, finished files and a report of them are left.
 pub fn run(path: &Path, options: &RunOptions) -> Result<(), AppError> {
     let begun = Instant::now();
-    let loaded = Loaded::open(path, &options.overrides)?;
+    let mut loaded = Loaded::open(path, &options.overrides)?;
     let plan = loaded.plan();
     let out = options.out.clone().unwrap_or_else(|| out_folder::default_for(path));
     out_folder::make(&out)?;
@@ -73,6 +74,7 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<(), AppError> {
         report.memory.available = device::available(&gpu.info);
         inputs.memory = Some(report.memory.available);
     }
+    report.warnings.extend(budget::apply(&mut loaded, &inputs, &plan)?);
     let assembled = assemble(&loaded.scene, &inputs, &plan).map_err(|problem| loaded.locate(vec![problem]))?;
     drop(inputs);
     for (stage, ms) in &assembled.wall_ms {

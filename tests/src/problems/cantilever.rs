@@ -1,14 +1,16 @@
-//! M7: a beam clamped at one end under its own weight, in plane strain, against the inextensible elastica with a dead
-//! uniform load (Bisshopp & Drucker 1945 for its form) and Timoshenko's shear.
+//! M7: a beam clamped at one end under its own weight, against the inextensible elastica with a dead uniform load
+//! (Bisshopp & Drucker 1945 for its form) and Timoshenko's shear. With ν = 0 plane strain, plane stress and a free slab
+//! are one and the same: planes that hold a slab push and do not pull, and so hold the pressed half of a beam only.
 
 use std::f64::consts::TAU;
 
 use physvideo::scene::Material;
+use physvideo::world::World;
 use physvideo_gpu::Gpu;
 use physvideo_gpu::kernels::Field;
 use physvideo_gpu::kernels::family::field::{UNIFORM, WIND};
 
-use super::setup::{Lattice, Play, between, plane, world};
+use super::setup::{BEHIND, Lattice, Play, plane, world};
 use super::{Outcome, Problem, Setting, elastic};
 
 /// Ten times as long as thick.
@@ -33,30 +35,30 @@ pub const SHORT: Problem = Problem {
     run: |gpu, setting| run(gpu, setting, 5.0),
 };
 
-/// A beam, and what it is made of.
+/// Young's modulus [Pa]; the density is 1.
+const YOUNG: f64 = 1e4;
+/// Width across the bending [m].
+const WIDE: f64 = 2.0;
+
+/// A beam.
 #[derive(Clone, Copy, Debug)]
 pub struct Beam {
     /// Length over thickness.
     pub slender: f64,
-    /// Poisson's ratio.
-    pub poisson: f64,
     /// Neo-Hookean instead of fixed-corotated.
     pub neo_hookean: bool,
 }
 
 impl Beam {
-    /// Fixed-corotated, ν = 0.3.
+    /// Fixed-corotated.
     pub fn new(slender: f64) -> Self {
-        Self { slender, poisson: 0.3, neo_hookean: false }
+        Self { slender, neo_hookean: false }
     }
 
-    /// Sag of the tip over the length. Shear adds 4 E'I / (κ G A L²) to a slender beam's sag, E' = E/(1 − ν²), with
-    /// κ = 5 (1 + ν) / (6 + 5 ν) for a rectangle.
+    /// Sag of the tip over the length. Shear adds 4 EI / (κ G A L²) to a slender beam's sag, with G = E/2 and κ = 5/6
+    /// for a rectangle.
     pub fn exact(&self, load: f64) -> f64 {
-        let nu = self.poisson;
-        let kappa = 5.0 * (1.0 + nu) / (6.0 + 5.0 * nu);
-        let shear = 2.0 / (3.0 * (1.0 - nu) * kappa * self.slender.powi(2));
-        elastica(load) * (1.0 + shear)
+        elastica(load) * (1.0 + 0.8 / self.slender.powi(2))
     }
 }
 
@@ -93,49 +95,58 @@ pub fn elastica(load: f64) -> f64 {
     shoot(0.5 * (low + high)).1
 }
 
-/// Sag of a beam's tip over its length, at rest, for a load. The clamp: a sticking plane holds the nodes at x ≤ 0 and
-/// acts 0.3 cells behind them (see the bar), so the beam begins there.
+/// A beam as wide as it is thick, some cells of 1 m, without loads.
+pub fn square(beam: Beam, cells: u32) -> World {
+    beam_in("updated_lagrangian", beam, cells, f64::from(cells)).1
+}
+
+/// Particles and world; the clamp: a sticking plane holds the nodes at x ≤ 0.
+fn beam_in(method: &str, beam: Beam, cells: u32, wide: f64) -> (Vec<[f64; 3]>, World) {
+    let lattice = Lattice::of(method, 1.0);
+    let thick = f64::from(cells);
+    let free = (beam.slender * thick).round();
+    let places = lattice.fill([-3.0, 0.0, 0.0], [free, thick, wide], |_| true);
+    let material = if beam.neo_hookean {
+        Material::NeoHookean { young: YOUNG as f32, poisson: 0.0 }
+    } else {
+        Material::Elastic { young: YOUNG as f32, poisson: 0.0 }
+    };
+    let body = lattice.body(material, 1.0, &places, |_| [0.0; 3]);
+    let mut w = world(vec![body], 1.0, [-4.0, -free - 6.0, -2.0], [free + 4.0, thick + 4.0, wide + 2.0]);
+    w.colliders = vec![plane([0.0; 3], [1.0, 0.0, 0.0], true)];
+    (places, w)
+}
+
+/// Sag of a beam's tip over its length, at rest, for a load. The plane acts 0.3 cells behind the nodes it holds (see the
+/// bar), so the beam begins there.
 ///
 /// # Errors
 /// The device's refusal.
 pub fn sag(gpu: &Gpu, setting: Setting, beam: Beam, load: f64) -> Result<(f64, Outcome), String> {
-    let lattice = Lattice::of(setting.method, 1.0);
-    let dx = lattice.dx;
-    let thick = f64::from(setting.resolution) * dx;
+    let (places, mut w) = beam_in(setting.method, beam, setting.resolution, WIDE);
+    let thick = f64::from(setting.resolution);
     let free = (beam.slender * thick).round();
-    let length = free + 0.3 * dx;
-    let (young, nu, density) = (1e4, beam.poisson, 1.0);
-    let places = lattice.fill([-3.0 * dx, 0.0, 0.0], [free, thick, 2.0 * dx], |_| true);
-    let (stiff, ratio) = (young as f32, nu as f32);
-    let material = if beam.neo_hookean {
-        Material::NeoHookean { young: stiff, poisson: ratio }
-    } else {
-        Material::Elastic { young: stiff, poisson: ratio }
-    };
-    let body = lattice.body(material, density, &places, |_| [0.0; 3]);
-    let below = -beam.exact(load) * 1.3 * length - 6.0 * dx;
-    let mut w = world(vec![body], dx, [-4.0, below, 0.0], [length + 3.0, thick + 4.0, 2.0 * dx]);
+    let length = free + BEHIND;
     w.courant = setting.courant;
-    let stiffness = young / (1.0 - nu * nu) * thick.powi(2) / 12.0;
-    let g = load * stiffness / (density * length.powi(3));
+    let stiffness = YOUNG * thick.powi(2) / 12.0;
+    let g = load * stiffness / length.powi(3);
     // First bending mode. Drag of 0.8 times its critical one lets the beam settle: a period and three quarters leave
     // exp(−0.8 · 3.5 π) = 1.5e-4 of the motion.
-    let rate = 3.516 / (length * length) * (stiffness / density).sqrt();
+    let rate = 3.516 / (length * length) * stiffness.sqrt();
     let period = TAU / rate;
     let air = Field { kind: WIND, end: 1e9, p0: (1.6 * rate) as f32, ..Default::default() };
     let weight = Field { kind: UNIFORM, end: 1e9, a: [0.0, -g as f32, 0.0, 0.0], ..Default::default() };
     w.fields = vec![weight, air];
-    w.colliders = vec![plane([0.0; 3], [1.0, 0.0, 0.0], true)];
-    w.colliders.extend(between(dx, 2.0));
     let mut play = Play::new(gpu, &w, setting.method)?;
     for _ in 0..7 {
         play.frame(0.25 * period)?;
     }
     // The end face is half a spacing beyond the last column of particles: a line through the last two.
+    let spacing = Lattice::of(setting.method, 1.0).spacing();
     let particles = play.particles()?;
     let sunk = |column: f64| {
-        let at = free - (column + 0.5) * lattice.spacing();
-        let here = places.iter().zip(&particles).filter(|(x, _)| (x[0] - at).abs() < 0.1 * lattice.spacing());
+        let at = free - (column + 0.5) * spacing;
+        let here = places.iter().zip(&particles).filter(|(x, _)| (x[0] - at).abs() < 0.1 * spacing);
         let (sum, count) = here.fold((0.0, 0.0), |(s, n), (x, p)| (s + x[1] - f64::from(p.x[1]), n + 1.0));
         sum / count
     };

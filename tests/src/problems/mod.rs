@@ -6,10 +6,13 @@ use physvideo_gpu::Gpu;
 pub mod bar;
 pub mod cantilever;
 pub mod column;
+pub mod deposit;
 pub mod discs;
 pub mod elastic;
+pub mod liquid;
 pub mod manufactured;
 pub mod motion;
+pub mod sand;
 pub mod setup;
 
 /// How a problem is run.
@@ -61,7 +64,7 @@ pub struct Problem {
 
 /// Every problem.
 pub fn all() -> Vec<&'static Problem> {
-    static GROUPS: [&[Problem]; 1] = [&elastic::PROBLEMS];
+    static GROUPS: [&[Problem]; 2] = [&elastic::PROBLEMS, &[sand::COLUMN, liquid::TANK, liquid::DAM]];
     GROUPS.iter().flat_map(|g| g.iter()).collect()
 }
 

@@ -39,21 +39,9 @@ impl Lattice {
 
     /// Centres of the lattice's cubes in the box [low, high) that `keep` keeps, x fastest [m].
     pub fn fill(&self, low: [f64; 3], high: [f64; 3], keep: impl Fn([f64; 3]) -> bool) -> Vec<[f64; 3]> {
-        let s = self.spacing();
-        let n: [usize; 3] = std::array::from_fn(|a| ((high[a] - low[a]) / s).round() as usize);
-        let mut out = Vec::new();
-        for k in 0..n[2] {
-            for j in 0..n[1] {
-                for i in 0..n[0] {
-                    let at = [i, j, k];
-                    let x: [f64; 3] = std::array::from_fn(|a| low[a] + (at[a] as f64 + 0.5) * s);
-                    if keep(x) {
-                        out.push(x);
-                    }
-                }
-            }
-        }
-        out
+        let counts = std::array::from_fn(|a| ((high[a] - low[a]) / self.spacing()).round() as usize);
+        let high = std::array::from_fn(|a| low[a] + counts[a] as f64 * self.spacing());
+        divide(low, high, counts).into_iter().filter(|x| keep(*x)).collect()
     }
 
     /// A body of such particles, all fields acting on it.
@@ -81,6 +69,25 @@ impl Lattice {
         }
     }
 }
+
+/// Centres of the parts of the box [low, high) divided into `counts` along the axes, x fastest [m].
+pub fn divide(low: [f64; 3], high: [f64; 3], counts: [usize; 3]) -> Vec<[f64; 3]> {
+    let mut out = Vec::new();
+    for k in 0..counts[2] {
+        for j in 0..counts[1] {
+            for i in 0..counts[0] {
+                let at = [i, j, k];
+                let x = |a: usize| low[a] + (at[a] as f64 + 0.5) * (high[a] - low[a]) / counts[a] as f64;
+                out.push([x(0), x(1), x(2)]);
+            }
+        }
+    }
+    out
+}
+
+/// Cells by which material comes to rest behind the last nodes that a plane holds: it is filled in up to there, so that
+/// nothing has to flow into a gap first.
+pub const BEHIND: f64 = 0.3;
 
 /// A world without gravity, fields or obstacles over the box [low, high].
 pub fn world(bodies: Vec<Body>, dx: f64, low: [f64; 3], high: [f64; 3]) -> World {

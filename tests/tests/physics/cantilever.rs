@@ -21,13 +21,13 @@ fn a_beam_sags_as_the_elastica() {
     let exact = beam.exact(1.0);
     let (own, outcome) = sag(&gpu, at(4, 0.75), beam, 1.0).unwrap();
     println!("cantilever: tip {own:.5} of {exact:.5}: {:+.1} %", 100.0 * (own / exact - 1.0));
-    // The grid's 4 % at this thickness, and as much again for what the clamp is worth.
-    assert!((own / exact - 1.0).abs() < 0.08 && outcome.clamps == 0, "tip {own}, exact {exact}, {outcome:?}");
+    // 0.6 % measured; shear and the clamp's place are known to about one.
+    assert!((own / exact - 1.0).abs() < 0.02 && outcome.clamps == 0, "tip {own}, exact {exact}, {outcome:?}");
     // Controls: a quarter more load must show; and the MLS gradient sags further than the true one, which is why the
     // true one is the default.
     let (heavier, _) = sag(&gpu, at(4, 0.75), beam, 1.25).unwrap();
     assert!((heavier / exact - 1.0).abs() > 0.12, "tip {heavier}");
     let (mls, _) = sag(&gpu, by("mls", 4, 0.75), beam, 1.0).unwrap();
     println!("cantilever: MLS gradient {mls:.5}");
-    assert!(mls > 1.01 * own, "MLS {mls}, true {own}");
+    assert!(mls > 1.005 * own, "MLS {mls}, true {own}");
 }

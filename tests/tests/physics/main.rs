@@ -1,13 +1,15 @@
 //! Problems with a known answer, each small, with a control that must fail. Ids are those of the method papers' usual
-//! suite: M1 motion, M2 and M4 manufactured, M5 vibrating bar, M6 colliding discs, M7 cantilever, M8 column. Worlds and
+//! suite: M1 motion, M2 and M4 manufactured, M5 vibrating bar, M6 colliding discs, M7 cantilever, M8 column, M9 sand, S1 and S2 liquid. Worlds and
 //! measures are in `physvideo_tests::problems`.
 
 mod bar;
+mod budget;
 mod cantilever;
 mod column;
 mod discs;
 mod emitter;
 mod fields;
+mod flows;
 mod guard;
 mod liquid;
 mod manufactured;

@@ -5,6 +5,7 @@ use std::path::Path;
 use physvideo::assemble::assemble;
 
 use super::print;
+use crate::budget;
 use crate::cli::Overrides;
 use crate::device;
 use crate::error::AppError;
@@ -12,10 +13,11 @@ use crate::flow::{NetChoice, Outlook};
 use crate::load::Loaded;
 
 pub(super) fn check(path: &Path) -> Result<(), AppError> {
-    let loaded = Loaded::open(path, &Overrides::default())?;
+    let mut loaded = Loaded::open(path, &Overrides::default())?;
     let plan = loaded.plan();
     let mut inputs = loaded.inputs(&plan)?;
     inputs.memory = device::host_memory();
+    budget::apply(&mut loaded, &inputs, &plan)?;
     let assembled = assemble(&loaded.scene, &inputs, &plan).map_err(|p| loaded.locate(vec![p]))?;
     if plan.runs("flow") {
         let (size, frames) = super::plan::driven(&loaded, assembled.size)?;

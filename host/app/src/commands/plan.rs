@@ -8,6 +8,7 @@ use physvideo::plan::Plan;
 use physvideo_gpu::{DeviceInfo, Feature, GpuError, kernels};
 
 use super::print;
+use crate::budget;
 use crate::cli::Overrides;
 use crate::device;
 use crate::error::AppError;
@@ -20,7 +21,7 @@ pub(super) fn plan(
     asked: Option<&str>,
     model: Option<&PathBuf>,
 ) -> Result<(), AppError> {
-    let loaded = Loaded::open(path, overrides)?;
+    let mut loaded = Loaded::open(path, overrides)?;
     let plan = loaded.plan();
     // Planning goes without a device; one that was asked for by name must be there.
     let device = match physvideo_gpu::choose_device(asked) {
@@ -29,6 +30,7 @@ pub(super) fn plan(
     };
     let mut inputs = loaded.inputs(&plan)?;
     inputs.memory = device.as_ref().map_or_else(|_| device::host_memory(), |d| Some(device::available(d)));
+    let chosen = budget::apply(&mut loaded, &inputs, &plan)?;
     let assembled = assemble(&loaded.scene, &inputs, &plan).map_err(|p| loaded.locate(vec![p]))?;
     let has = |f: Feature| device.as_ref().is_ok_and(|d| d.features.contains(&f));
     let two_pass = !(has(Feature::Int64) && has(Feature::Int64Atomic));
@@ -38,7 +40,7 @@ pub(super) fn plan(
     for body in &assembled.world.bodies {
         print(&format!("{:<12} {} particles", body.name, body.positions.len()));
     }
-    for note in &assembled.notes {
+    for note in chosen.iter().chain(&assembled.notes) {
         print(&format!("{:<12} {note}", "note"));
     }
     print(&numbers(&loaded, &plan, &estimate));

@@ -43,8 +43,11 @@ enum What {
         #[arg(long, default_value = "")]
         only: String,
     },
-    /// The whole MLS-MPM substep on the peers' falling cube: E 8e4, ν 0.32, ρ 40, 128 cells a metre.
+    /// The whole MLS-MPM substep on the peers' falling cube, 128 cells a metre.
     Mpm {
+        /// What the cube is made of.
+        #[arg(long, value_enum, default_value = "elastic")]
+        material: mpm::Stuff,
         /// Particles along an edge of the cube; 37 gives 50,653.
         #[arg(long, default_value_t = 37)]
         edge: usize,
@@ -104,7 +107,9 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     println!("# {} ({})", gpu.info.name, gpu.info.driver);
     match arguments.what {
         What::Kernels { items, repeats, ref only } => kernels(&gpu, arguments.json, items, repeats, only),
-        What::Mpm { edge, spacing, substeps, repeats, all } => mpm::bench(&gpu, edge, spacing, substeps, repeats, all),
+        What::Mpm { material, edge, spacing, substeps, repeats, all } => {
+            mpm::bench(&gpu, material, edge, spacing, substeps, repeats, all)
+        }
         What::Points { points, width, height, repeats } => points::bench(&gpu, points, [width, height], repeats),
         What::Skip { repeats } => skip::bench(&gpu, repeats),
         What::Wp { ref problem } => wp::bench(&gpu, problem),

@@ -9,7 +9,43 @@ use physvideo_gpu::{Gpu, Recording};
 
 use crate::stages;
 
-fn cube(edge: usize, spacing: f32) -> World {
+/// The cube's material, with the peer's (Genesis') defaults where it is not the elastic one of the paper.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub enum Stuff {
+    /// E 8e4, ν 0.32, 40 kg/m³.
+    Elastic,
+    /// The same, neo-Hookean.
+    NeoHookean,
+    /// The same, yielding at 1 kPa.
+    Plastic,
+    /// The same, as snow.
+    Snow,
+    /// E 1e6, ν 0.2, 1000 kg/m³.
+    Sand,
+    /// K 3.3e5, 1000 kg/m³.
+    Liquid,
+}
+
+impl Stuff {
+    /// Material and density [kg/m³].
+    fn body(self) -> (Material, f32) {
+        let (young, poisson) = (8e4, 0.32);
+        match self {
+            Stuff::Elastic => (Material::Elastic { young, poisson }, 40.0),
+            Stuff::NeoHookean => (Material::NeoHookean { young, poisson }, 40.0),
+            Stuff::Plastic => (Material::Plastic { young, poisson, yield_stress: 1e3, hardening: 0.0 }, 40.0),
+            Stuff::Snow => {
+                let (critical_compression, critical_stretch, hardening) = (2.5e-2, 4.5e-3, 10.0);
+                (Material::Snow { young, poisson, critical_compression, critical_stretch, hardening }, 40.0)
+            }
+            Stuff::Sand => (Material::Sand { young: 1e6, poisson: 0.2, friction: 1.0 }, 1000.0),
+            Stuff::Liquid => (Material::Liquid { bulk: 3.3e5, exponent: 7.0, viscosity: 0.0 }, 1000.0),
+        }
+    }
+}
+
+fn cube(stuff: Stuff, edge: usize, spacing: f32) -> World {
+    let (material, density) = stuff.body();
     let mut positions = Vec::new();
     for i in 0..edge.pow(3) {
         let at = [i % edge, i / edge % edge, i / (edge * edge)];
@@ -18,8 +54,8 @@ fn cube(edge: usize, spacing: f32) -> World {
     }
     let body = Body {
         name: "cube".into(),
-        material: Material::Elastic { young: 8e4, poisson: 0.32 },
-        density: 40.0,
+        material,
+        density,
         velocities: vec![[0.0; 3]; positions.len()],
         pinned: vec![],
         gravity: None,
@@ -43,9 +79,17 @@ fn cube(edge: usize, spacing: f32) -> World {
 }
 
 /// Times frames of the falling cube, and prints each kernel's part.
-pub fn bench(gpu: &Gpu, edge: usize, spacing: f32, substeps: u32, repeats: usize, all: bool) -> Result<(), String> {
+pub fn bench(
+    gpu: &Gpu,
+    stuff: Stuff,
+    edge: usize,
+    spacing: f32,
+    substeps: u32,
+    repeats: usize,
+    all: bool,
+) -> Result<(), String> {
     let say = |e: physvideo_gpu::GpuError| e.to_string();
-    let world = cube(edge, spacing);
+    let world = cube(stuff, edge, spacing);
     let count = world.bodies[0].positions.len() as f64;
     let forms = if all { vec![Some(P2g::Cell), Some(P2g::Fixed), Some(P2g::Float)] } else { vec![None] };
     for p2g in forms {
@@ -62,7 +106,7 @@ pub fn bench(gpu: &Gpu, edge: usize, spacing: f32, substeps: u32, repeats: usize
         let (best, median) = (times[0], times[times.len() / 2]);
         let m = mpm.measure(0).map_err(say)?;
         println!(
-            "{:?}: {count} particles, {:.1} ns a particle and substep [best {:.1}], {:.1} wall seconds a simulated second at dt 1e-4; \
+            "{stuff:?}, {:?}: {count} particles, {:.1} ns a particle and substep [best {:.1}], {:.1} wall seconds a simulated second at dt 1e-4; \
              centre of mass at {:.6} m after {:.3} s",
             mpm.p2g(),
             median * 1e9 / count,

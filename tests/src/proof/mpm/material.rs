@@ -119,7 +119,7 @@ pub fn respond(body: &Body, f: &Mat3, memory: f64, gradient: &Mat3) -> Response 
             let (dense, gamma) = (j.min(1.0), p[0]);
             let pressure = lambda / gamma * (dense.powf(-gamma) - 1.0);
             let shear = gradient + gradient.transpose() - one * (2.0 / 3.0 * gradient.trace());
-            let tau = j * p[1] * shear - one * (dense * pressure);
+            let tau = dense * p[1] * shear - one * (dense * pressure);
             // ψ = −∫ p dJ from 1 to J.
             let energy = lambda / gamma * ((dense.powf(1.0 - gamma) - 1.0) / (gamma - 1.0) + dense - 1.0);
             // K ((γ − 1) J^(1−γ) + J)/γ is dτ/d ln J.

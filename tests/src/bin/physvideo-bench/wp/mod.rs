@@ -1,6 +1,7 @@
 //! Work–precision diagrams: wall time of the particle solvers, or evaluations of the network, against error. Each figure
 //! is an SVG and a CSV of the same name; what a budget leaves out is named.
 
+mod budget;
 mod cost;
 mod norms;
 mod physics;
@@ -28,6 +29,12 @@ pub enum Problem {
         budget: f64,
         /// Folder for the figures.
         #[arg(long, default_value = "assets/wp")]
+        out: PathBuf,
+    },
+    /// The table from which `--error-budget` chooses.
+    Budget {
+        /// Folder for it.
+        #[arg(long, default_value = "engine/src/accuracy")]
         out: PathBuf,
     },
     /// The particle solvers, on problems whose answer is known: wall time against error.
@@ -97,7 +104,10 @@ fn cell(v: f64) -> String {
 
 /// Makes every figure of a problem.
 pub fn bench(gpu: &Gpu, problem: &Problem) -> Result<(), String> {
-    let (Problem::Flow { budget, out } | Problem::Physics { budget, out, .. }) = problem;
+    let (budget, out) = match problem {
+        Problem::Budget { out } => return budget::run(gpu, out),
+        Problem::Flow { budget, out } | Problem::Physics { budget, out, .. } => (budget, out),
+    };
     if !(*budget >= 0.0 && *budget < 1e6) {
         return Err("the budget is a number of minutes".into());
     }
@@ -106,6 +116,7 @@ pub fn bench(gpu: &Gpu, problem: &Problem) -> Result<(), String> {
     let until = begin + Duration::from_secs_f64(60.0 * budget);
     let mut bench = Bench { gpu, out, until, left_out: Vec::new(), failed: Vec::new() };
     match problem {
+        Problem::Budget { .. } => {}
         Problem::Flow { .. } => {
             cost::run(&mut bench)?;
             trips::run(&mut bench)?;

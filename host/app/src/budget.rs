@@ -1,0 +1,47 @@
+//! `--error-budget`: sets a scene's grid and Courant number to the cheapest that a measured table allows. Knows no solver.
+
+use physvideo::accuracy::fit;
+use physvideo::assemble::{Inputs, assemble};
+use physvideo::plan::Plan;
+use physvideo::scene::{Kind, Problem, Source};
+
+use crate::error::AppError;
+use crate::load::Loaded;
+
+/// Particles a cell the table was measured with.
+const PER_CELL: u32 = 8;
+
+/// Changes the settings of a scene that has an error budget; says what was chosen.
+///
+/// # Errors
+/// A budget that cannot be met, or a body whose particles are given.
+pub fn apply(loaded: &mut Loaded, inputs: &Inputs, plan: &Plan) -> Result<Option<String>, AppError> {
+    let Some(budget) = loaded.scene.simulation.error_budget else { return Ok(None) };
+    if !plan.runs("simulate") {
+        return Ok(None);
+    }
+    let given = |o: &physvideo::scene::Object| o.material.is_some() && matches!(o.source, Source::Points { .. });
+    if let Some(index) = loaded.scene.objects.iter().position(given) {
+        let message = "its particles are given, so an error budget cannot choose them";
+        let key = format!("object[{index}].source.points");
+        return Err(loaded.locate(vec![Problem::new(Kind::Conflict, &key, message).help("remove the error budget")]));
+    }
+    // Bodies as the scene has them, to see how thick they are.
+    let bodies = assemble(&loaded.scene, inputs, plan).map_err(|p| loaded.locate(vec![p]))?;
+    let chosen = fit(&bodies.world, budget).map_err(|e| AppError::Numeric(e.to_string()))?;
+    let Some(chosen) = chosen else { return Ok(None) };
+    let simulation = &mut loaded.scene.simulation;
+    simulation.grid_density = chosen.grid_density;
+    simulation.courant = chosen.row.courant;
+    simulation.particles_per_cell = PER_CELL;
+    Ok(Some(format!(
+        "error budget {budget}: {} cells across '{}' ({:.3} m), {:.1} cells a metre, Courant number {}, where bending was \
+         measured to be {:.2} % off",
+        chosen.row.cells,
+        chosen.body,
+        chosen.size,
+        chosen.grid_density,
+        chosen.row.courant,
+        100.0 * chosen.row.error
+    )))
+}
