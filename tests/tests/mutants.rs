@@ -50,7 +50,7 @@ const MUTANTS: [(&str, &str, &str, &str); 35] = [
 ];
 
 /// The same for what acts on bodies from outside.
-const EFFECTS: [(&str, &str, &str, &str); 18] = [
+const EFFECTS: [(&str, &str, &str, &str); 22] = [
     ("mpm/p2g", "field/vortex", "exp(-r / f.p1)", "exp(-r * r / f.p1)"),
     ("mpm/p2g", "field/vortex", "cross(f.a.xyz, x - f.b.xyz)", "cross(x - f.b.xyz, f.a.xyz)"),
     ("mpm/p2g", "field/vortex", "1.0, f.p2 == 0.0", "0.0, f.p2 == 0.0"),
@@ -65,6 +65,10 @@ const EFFECTS: [(&str, &str, &str, &str); 18] = [
     ("mpm/clock", "mpm/clock", "/ 64u - clock.idle_groups", "/ 64u"),
     ("mpm/g2p", "mpm/g2p", "(PINNED | QUARANTINED | ASLEEP)", "(PINNED | QUARANTINED)"),
     ("mpm/measure", "mpm/measure", "(p.tag & DORMANT) != 0u", "false"),
+    ("mpm/survey", "mpm/survey", "0x80000000u, 0xffffffffu", "0x80000000u, 0x7fffffffu"),
+    ("mpm/survey", "mpm/survey", "255u - atomicLoad(&body_low) == atomicLoad(&body_high)", "true"),
+    ("mpm/survey", "mpm/survey", "(tag & (QUARANTINED | ASLEEP)) == 0u", "(tag & QUARANTINED) == 0u"),
+    ("mpm/survey", "mpm/survey", "atomicMax(&most[3], speed)", "atomicStore(&most[3], speed)"),
     ("source/recycle", "source/recycle", "all(x >= low) && all(x <= high)", "all(x >= low)"),
     ("source/recycle", "source/recycle", "(tag & (PINNED | QUARANTINED)) != 0u", "(tag & PINNED) != 0u"),
     ("source/recycle", "source/recycle", "turns.d[p] = turn + 1u;", ""),

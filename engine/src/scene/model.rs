@@ -176,6 +176,9 @@ pub struct Simulation {
     pub deterministic: bool,
     /// Largest corner-to-corner box the bodies may reach [m] on MPM's grid; absent: twice the bodies' own box. A body in
     /// total-Lagrangian form has no grid to leave.
+    /// Bodies at rest that nothing touches are left out until something comes near.
+    pub sleep: bool,
+    /// Largest corner-to-corner box the bodies may reach [m]; absent: twice the bodies' own box.
     pub domain: Option<Domain>,
 }
 
@@ -189,6 +192,7 @@ impl Default for Simulation {
             force_dt: None,
             elastic: Elastic::Auto,
             deterministic: true,
+            sleep: true,
             domain: None,
         }
     }

@@ -68,6 +68,8 @@ pub struct Report {
     pub substeps: u64,
     /// Substeps' sizes [s].
     pub dt: Option<Range>,
+    /// Objects that were left out for some of the time, because they were at rest.
+    pub skipped: Vec<Skipped>,
     /// Limits that were hit.
     pub clamps: Clamps,
     /// Particles that left an emitter.
@@ -119,6 +121,15 @@ pub struct ObjectCount {
     pub object: String,
     /// How many.
     pub count: u64,
+}
+
+/// When an object was left out.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Skipped {
+    /// Its name.
+    pub object: String,
+    /// From when to when it was asleep [s].
+    pub asleep_s: Vec<[f64; 2]>,
 }
 
 /// Least and greatest of a number.

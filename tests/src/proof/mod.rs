@@ -43,6 +43,7 @@ pub static CASES: &[&Case] = &[
     &mpm::p2g_fixed::CASE,
     &mpm::p2g_float::CASE,
     &mpm::stress_case::CASE,
+    &mpm::survey::CASE,
     &points::bin_count::CASE,
     &points::bin_place::CASE,
     &points::bin_range::CASE,

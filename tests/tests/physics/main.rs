@@ -16,6 +16,7 @@ mod manufactured;
 mod motion;
 mod recycle;
 mod rest;
+mod sleep;
 mod suite;
 
 use physvideo_tests::problems::{Setting, order};

@@ -71,6 +71,8 @@ impl Mpm<'_> {
             return Ok(stats);
         }
         stats.emitted = self.emit(length)?;
+        self.wake(length)?;
+        stats.asleep = self.rest.count();
         stats.groups = self.groups.len() as u32;
         if self.groups.is_empty() {
             self.time += f64::from(length);
@@ -119,6 +121,7 @@ impl Mpm<'_> {
                 stats.recycled = recycling.recycled(self.gpu)?;
             }
             self.time += f64::from(length);
+            self.settle(length)?;
             return Ok(stats);
         }
     }

@@ -3,6 +3,7 @@
 
 mod awake;
 mod frame;
+mod rest;
 mod run;
 mod start;
 
@@ -10,9 +11,10 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use bytemuck::Zeroable;
-use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Forces, Particle, Sums, mpm};
+use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Extent, Forces, Particle, Sums, mpm};
 use physvideo_gpu::{Buf, Constants, DeviceKind, Feature, Gpu, GpuError, Groups, Prepared, Recording};
 
+use self::rest::Rest;
 use self::run::{MOST_RUNS, Run, runs};
 use self::start::{constants, initial_state, room};
 use super::cells::{self, Cells, PARTICLE_GROUPS};
@@ -41,13 +43,15 @@ pub struct Method {
     pub deterministic: bool,
     /// Stress and deformation by the gradient of the B-spline instead of the MLS form.
     pub true_gradient: bool,
+    /// Bodies at rest are left out until something comes near.
+    pub sleep: bool,
     /// Substeps in a command buffer.
     pub batch: u32,
 }
 
 impl Default for Method {
     fn default() -> Self {
-        Self { p2g: None, deterministic: true, true_gradient: true, batch: 32 }
+        Self { p2g: None, deterministic: true, true_gradient: true, sleep: false, batch: 32 }
     }
 }
 
@@ -89,6 +93,8 @@ pub struct Mpm<'gpu> {
     emitters: Vec<Emitter>,
     /// Groups of 64 particles that substeps work on.
     groups: Vec<u32>,
+    rest: Rest,
+    extents: Buf<Extent>,
 }
 
 /// Byte offset of the workgroup counts of the runs in `Clock`.
@@ -172,6 +178,8 @@ impl<'gpu> Mpm<'gpu> {
             runs: runs(world, method),
             emitters,
             groups: (0..count.div_ceil(64) as u32).collect(),
+            rest: Rest::new(world, method.sleep),
+            extents: gpu.alloc("run", "mpm/extents", world.bodies.len() as u64)?,
         };
         mpm.update_stress()?;
         mpm.choose_groups()?;
@@ -186,7 +194,11 @@ impl<'gpu> Mpm<'gpu> {
         let each = (2 * (size_of::<Particle>() + size_of::<Deformation>()) + 1) as u64;
         let given = room.given(P2g::Cell).max(room.given(P2g::Fixed));
         let sort = Cells::bytes(&grid, particles, room.slots, room.rows);
-        each * particles + 16 * (given + 64 * u64::from(room.slots)) + sort + Recycling::bytes(world)
+        each * particles
+            + 16 * (given + 64 * u64::from(room.slots))
+            + sort
+            + Recycling::bytes(world)
+            + (size_of::<Extent>() * world.bodies.len()) as u64
     }
 
     /// Which transfer is used.
@@ -402,6 +414,10 @@ impl Solver for Mpm<'_> {
         self.deformations
     }
 
+    fn left_out(&self) -> Vec<Vec<[f64; 2]>> {
+        self.rest.naps(self.time)
+    }
+
     fn deterministic(&self) -> bool {
         self.p2g != P2g::Float
     }
@@ -409,6 +425,8 @@ impl Solver for Mpm<'_> {
 
 /// Flag of a particle that is held (`PINNED` in WGSL).
 pub const PINNED: u32 = 0x4000_0000;
+/// Flag of a particle of a body at rest that is left out (`ASLEEP` in WGSL).
+pub const ASLEEP: u32 = 0x1000_0000;
 /// Flag of a particle that is not emitted yet, or no more (`DORMANT` in WGSL); comes with [`QUARANTINED`].
 pub const DORMANT: u32 = 0x0800_0000;
 /// Flag of a particle whose F is not that of its whole motion (`FLOWS` in WGSL).

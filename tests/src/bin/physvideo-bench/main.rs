@@ -92,7 +92,7 @@ enum What {
         #[arg(long, default_value_t = 15)]
         repeats: usize,
     },
-    /// What a scene does not need: time of a substep in a domain 8 times as large.
+    /// What a scene does not need: time of a substep in a domain 8 times as large, and where some bodies rest.
     Skip {
         /// Counted frames of 50 substeps.
         #[arg(long, default_value_t = 9)]
