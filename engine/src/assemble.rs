@@ -10,6 +10,7 @@ use physvideo_gpu::kernels::Camera;
 use crate::geometry::{
     self, GeometryError, Lattice, MaskBody, Particles, PhotoData, Smoothing, SurfaceMap, TriangleMesh, WorldFromCamera,
 };
+use crate::fluid::Fluid;
 use crate::limits::{Crowd, MOST_BODIES, refuse_wide};
 use crate::pins;
 use crate::plan::Plan;
@@ -152,6 +153,11 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         dx,
         courant: scene.simulation.courant,
         force_dt: scene.simulation.force_dt,
+        fluid: Fluid {
+            particle_size: scene.simulation.particle_size,
+            pressure: scene.simulation.pressure,
+            ..Fluid::default()
+        },
     };
     // Time is kept in f32: a step below its rounding would never reach the frame's end.
     let (step, frame) = (world.step(), 1.0 / scene.output.fps);

@@ -6,6 +6,7 @@ pub mod assemble;
 pub mod backdrop;
 pub mod estimate;
 pub mod flow;
+pub mod fluid;
 pub mod geometry;
 mod limits;
 mod pins;

@@ -1,8 +1,10 @@
 //! What is simulated, ready for the solvers: particles, bodies, fields, obstacles, grid. The solvers meet here and
 //! never import each other. Knows nothing of files or of Vulkan.
 
+use bytemuck::Zeroable;
 use physvideo_gpu::kernels;
 
+use crate::fluid::{self, Fluid};
 use crate::scene::{Collider, Field, FieldRegion, Material};
 
 /// Everything a run simulates.
@@ -24,7 +26,12 @@ pub struct World {
     pub courant: f32,
     /// A fixed substep [s].
     pub force_dt: Option<f32>,
+    /// Settings of fluids that SPH simulates.
+    pub fluid: Fluid,
 }
+
+/// Fields, and obstacles, that fit in one scene.
+const MOST: usize = 16;
 
 impl World {
     /// Longest step that an explicit drag of the wind stands [s], 0 without wind: half of what makes it overshoot.
@@ -39,8 +46,37 @@ impl World {
         self.bodies.iter().map(Body::wave_speed).fold(0.0, f32::max)
     }
 
+    /// Whether its bodies are fluids of SPH.
+    pub fn is_fluid(&self) -> bool {
+        self.bodies.iter().any(|b| matches!(b.material, Material::Sph { .. }))
+    }
+
+    /// Gravity and fields as the kernels see them.
+    pub fn forces(&self) -> kernels::Forces {
+        let mut forces = kernels::Forces::zeroed();
+        forces.gravity[..3].copy_from_slice(&self.gravity);
+        forces.count = self.fields.len().min(MOST) as u32;
+        for (slot, field) in forces.d.iter_mut().zip(&self.fields) {
+            *slot = *field;
+        }
+        forces
+    }
+
+    /// The obstacles as the kernels see them.
+    pub fn obstacles(&self) -> kernels::Colliders {
+        let mut colliders = kernels::Colliders::zeroed();
+        colliders.count = self.colliders.len().min(MOST) as u32;
+        for (slot, collider) in colliders.d.iter_mut().zip(&self.colliders) {
+            *slot = *collider;
+        }
+        colliders
+    }
+
     /// Substep at the start, when nothing moves faster than the waves [s].
     pub fn step(&self) -> f32 {
+        if self.is_fluid() {
+            return self.force_dt.unwrap_or_else(|| fluid::step(self));
+        }
         let waves = self.courant * self.dx / self.wave_speed();
         let longest = self.longest_step();
         self.force_dt.unwrap_or(if longest > 0.0 { waves.min(longest) } else { waves })
@@ -83,6 +119,9 @@ pub fn lame(young: f32, poisson: f32) -> (f32, f32) {
 impl Body {
     /// Kind, μ and λ of its material for the kernels.
     pub fn constants(&self) -> kernels::Body {
+        if let Material::Sph { viscosity, surface_tension } = self.material {
+            return kernels::Body { material: 0, fields: self.fields, mu: viscosity, lambda: surface_tension };
+        }
         let (material, young, poisson) = self.material.constants();
         let (mu, lambda) = lame(young, poisson);
         kernels::Body { material, fields: self.fields | if self.prestress { CARRIED } else { 0 }, mu, lambda }

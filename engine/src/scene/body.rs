@@ -175,6 +175,17 @@ pub enum Material {
         #[schemars(range(min = 0.0), extend("exclusiveMaximum" = 0.5))]
         poisson: f32,
     },
+    /// A liquid of SPH. A scene has none or only such.
+    Sph {
+        /// Kinematic viscosity [m²/s] (paper: 5e-3).
+        #[serde(default = "default_viscosity")]
+        #[schemars(range(min = 0.0))]
+        viscosity: f32,
+        /// Surface tension [N/m].
+        #[serde(default)]
+        #[schemars(range(min = 0.0))]
+        surface_tension: f32,
+    },
 }
 
 impl Material {
@@ -183,10 +194,14 @@ impl Material {
         match *self {
             Material::Elastic { young, poisson } => (material::COROTATED, young, poisson),
             Material::NeoHookean { young, poisson } => (material::NEO_HOOKEAN, young, poisson),
+            Material::Sph { .. } => (0, 0.0, 0.0),
         }
     }
 }
 
+fn default_viscosity() -> f32 {
+    5e-3
+}
 fn default_young() -> f32 {
     8e4
 }

@@ -6,4 +6,5 @@ pub mod latent;
 pub mod mpm;
 pub mod render;
 pub mod solver;
+pub mod sph;
 pub mod view;

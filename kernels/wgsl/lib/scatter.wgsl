@@ -1,4 +1,4 @@
-//! use lib/bspline lib/load lib/field lib/clock
+//! use lib/bspline lib/load lib/forces lib/clock
 // What one particle gives to the nodes around it: momentum and mass (APIC, Jiang 2015), and the impulse of its
 // stress by the gradient of the B-spline itself (Stomakhin 2013) or by the MLS form (Hu 2018, eq. 16).
 
@@ -62,30 +62,4 @@ fn scatter_row(s: Scatter, j: u32, k: u32) -> ScatterRow {
 // Share of node i of a row: momentum in xyz, mass in w.
 fn share(s: Scatter, r: ScatterRow, i: u32) -> vec4f {
     return vec4f(s.wx[i] * r.a + r.w * s.x[i], s.wx[i] * r.m);
-}
-
-// Every kernel that uses this binds `forces` as texels.
-struct Forces {
-    gravity: vec4f,     // [m/s²]
-    count: u32,         // of the fields in use
-    d: array<Field, 16>,
-}
-
-fn load_field(i: u32) -> Field {
-    let at = 2u + 6u * i;
-    let kinds = textureLoad(forces, at, 0);
-    let times = bitcast<vec4f>(kinds);
-    let p = texel(forces, at + 1u);
-    return Field(kinds.x, kinds.y, times.z, times.w, p.x, p.y, p.z, p.w, texel(forces, at + 2u), texel(forces, at + 3u),
-        texel(forces, at + 4u), texel(forces, at + 5u));
-}
-
-// Acceleration of the fields that act on a body, and gravity [m/s²].
-fn body_acceleration(p: Particle, fields: u32, gravity: vec3f, count: u32, t: f32) -> vec3f {
-    // A body whose weight is carried from the start feels no gravity beyond it.
-    var a = select(gravity, vec3f(0.0), (fields & CARRIED) != 0u);
-    for (var i = 0u; i < count; i++) {
-        if (((fields >> i) & 1u) != 0u) { a += field_acceleration(load_field(i), p.x, p.v, t); }
-    }
-    return a;
 }
