@@ -37,7 +37,7 @@ pub struct Limits {
 }
 
 /// The limits of Monaghan (1992) and Morris (1997): 0.25 h/(c + V), or without sound 0.4 h/V; 0.125 h²/ν;
-/// 0.25 sqrt(h/g). A scene's Courant number scales the first; 0.75, the default, stands for 0.25 and 0.4.
+/// 0.125 sqrt(h/g). A scene's Courant number scales the first; 0.75, the default, stands for 0.25 and 0.4.
 pub fn limits(world: &World) -> Limits {
     let h = world.fluid.particle_size;
     let scale = world.courant / 0.75;
@@ -46,7 +46,7 @@ pub fn limits(world: &World) -> Limits {
         Pressure::Wcsph => (0.25 * scale, SOUND),
         Pressure::Dfsph => (0.4 * scale, 0.0),
     };
-    let mut longest = if gravity > 0.0 { 0.25 * scale * (h / gravity).sqrt() } else { f32::MAX };
+    let mut longest = if gravity > 0.0 { 0.125 * scale * (h / gravity).sqrt() } else { f32::MAX };
     for body in &world.bodies {
         if let Material::Sph { viscosity, .. } = body.material
             && viscosity > 0.0

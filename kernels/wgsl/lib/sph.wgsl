@@ -28,6 +28,11 @@ struct Local {
     tag: u32,
 }
 
+// Acceleration of a particle by pressures: Σ (P_i + P_j) V ∇W over its neighbours, and the walls', which mirror its own.
+fn press(own: Local, push: vec3f, pressure: f32) -> vec3f {
+    return -(push / STEEP + pressure * own.wall) / own.density;
+}
+
 fn h_of() -> f32 { return 0.5 * grid.dx; }
 
 // Words of the neighbour lists: four neighbours of each particle in turn.

@@ -29,22 +29,27 @@ fn layer(z: f32) -> f32 {
     return a4 * (0.25 - 0.1 * a) - b4 * (0.5 - 0.4 * b);
 }
 
-// What layers of volume behind a plane surface add to a point at distance d (in h) before it. They lie h apart, the
-// first h/2 behind the surface, as a regular filling would go on.
-fn behind(d: f32) -> f32 {
-    let z = abs(d);
-    let share = layer(z + 0.5) + layer(z + 1.5);
-    return select(1.0 - share, share, d >= 0.0);
+// Derivative of `layer` by z, for z ≥ 0.
+fn layer_slope(z: f32) -> f32 {
+    return -6.2831853 * z * spline(z);
+}
+
+// What the fluid's mirror image in a plane surface adds to the fill of a point at distance d (in h) before it: layers
+// one h apart, of which the first is the point's own. At h/2, where a regular filling begins, the filling just goes on.
+// Behind the surface it goes on growing, so that what got there is pushed out.
+fn mirrored(d: f32) -> f32 {
+    let z = 2.0 * max(d, 0.0);
+    return layer(z) + layer(z + 1.0) + min(d, 0.0) * mirrored_slope(0.0);
 }
 
 // Its derivative by d, in 1/h.
-fn behind_slope(d: f32) -> f32 {
-    let z = abs(d) + 0.5;
-    return -6.2831853 * (z * spline(z) + (z + 1.0) * spline(z + 1.0));
+fn mirrored_slope(d: f32) -> f32 {
+    let z = 2.0 * max(d, 0.0);
+    return 2.0 * (layer_slope(z) + layer_slope(z + 1.0));
 }
 
 // Σ of the layers' slopes, each times its distance.
-fn behind_moment(d: f32) -> f32 {
-    let z = abs(d) + 0.5;
-    return -6.2831853 * (z * z * spline(z) + (z + 1.0) * (z + 1.0) * spline(z + 1.0));
+fn mirrored_moment(d: f32) -> f32 {
+    let z = 2.0 * max(d, 0.0);
+    return z * layer_slope(z) + (z + 1.0) * layer_slope(z + 1.0);
 }

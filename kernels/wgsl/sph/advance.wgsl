@@ -42,7 +42,7 @@ fn step(i: u32, dt: f32) {
         let n = own.wall / rub;
         let over = v - own.slide;
         let slip = over - n * dot(over, n);
-        let most = dt * own.friction * 2.0 * (place.w + stir) * rub / own.density;
+        let most = dt * own.friction * (place.w + stir) * rub / own.density;
         let speed = length(slip);
         v -= slip * min(1.0, most / max(speed, 1e-20));
     }

@@ -47,10 +47,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             shear += (flow.xyz - other.xyz) * (g * other.w);
         }
     }
-    push = push / STEEP;
-    if (!INCOMPRESSIBLE) { push += 2.0 * here.w * own.wall; }
-    let pairs = (2.0 * flow.w * shear / STEEP - push) / own.density;
-    let v = flow.xyz + dt * (own.drive + pairs);
+    var a = own.drive + 2.0 * flow.w / (STEEP * own.density) * shear;
+    if (!INCOMPRESSIBLE) { a += press(own, push, here.w); }
+    let v = flow.xyz + dt * a;
     // Stands any step.
     let held = dt * own.drag;
     flown.d[i] = vec4f((v + held * own.slide) / (1.0 + held), flow.w);

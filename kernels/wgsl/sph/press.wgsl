@@ -41,7 +41,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             push += d * ((here.w + there.w) * spline_slope(r * inv_h) * inv_h / r);
         }
     }
-    let a = -(push / STEEP + 2.0 * here.w * own.wall) / own.density;
+    let a = press(own, push, here.w);
     if (LAST) {
         flows.d[i] += vec4f(dt * a, 0.0);
     } else {

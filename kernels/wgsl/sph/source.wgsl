@@ -1,6 +1,6 @@
 //! use lib/sph
 // What a pressure solve of DFSPH (Bender & Koschier 2015) has to undo: by how much s would be above 1 after the step
-// (density), or grow in it (divergence); and half of the last step's pressure to start from. One lane a particle.
+// (density), or grow in it (divergence); and the last step's pressure to start from. One lane a particle.
 //! texels places: vec4f
 //! texels flows: vec4f
 //! texels lists: u32
@@ -53,10 +53,10 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let last = texel(warm, i);
     if (DIVERGENCE) {
         wants.d[i] = bitcast<u32>(select(max(dt * rate, 0.0), 0.0, own.fill < SPRAY));
-        points.d[i] = vec4f(here.xyz, 0.5 * last.w);
+        points.d[i] = vec4f(here.xyz, last.w);
     } else {
         stirs.d[i] = bitcast<u32>(points.d[i].w);
         wants.d[i] = bitcast<u32>(own.fill - 1.0 + dt * rate);
-        points.d[i] = vec4f(here.xyz, 0.5 * last.z);
+        points.d[i] = vec4f(here.xyz, last.z);
     }
 }

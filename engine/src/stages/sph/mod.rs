@@ -165,6 +165,7 @@ impl<'gpu> Sph<'gpu> {
             bodies,
             forces,
             colliders,
+            warm,
             live: counters,
             clock,
             points,
