@@ -15,7 +15,9 @@ use crate::stages::display::{Carry, DisplayArrays, nothing, rgba};
 use crate::stages::mpm::{Method, Mpm};
 use crate::stages::render::{Background, Image, PointRenderer, RenderError, RenderSettings};
 use crate::stages::solver::{FrameStats, Solver};
+use crate::stages::sph::Sph;
 use crate::stages::view;
+use crate::world::World;
 
 /// Why a clip cannot be made.
 #[derive(Debug, thiserror::Error)]
@@ -94,7 +96,7 @@ impl<'gpu> Animation<'gpu> {
         let mut took = |stage, since: Instant| wall_ms.push((stage, since.elapsed().as_secs_f64() * 1e3));
         let since = Instant::now();
         let solver: Option<Box<dyn Solver + 'gpu>> =
-            if plan.runs("simulate") { Some(Box::new(Mpm::new(gpu, &assembled.world, method)?)) } else { None };
+            if plan.runs("simulate") { Some(solver(gpu, &assembled.world, method)?) } else { None };
         took("simulate", since);
         let since = Instant::now();
         let mut drawing =
@@ -154,6 +156,11 @@ impl<'gpu> Animation<'gpu> {
             all.iter().map(|p| p.tag & 0xff).collect(),
         ))
     }
+}
+
+/// The solver of a world's bodies.
+fn solver<'gpu>(gpu: &'gpu Gpu, world: &World, method: Method) -> Result<Box<dyn Solver + 'gpu>, GpuError> {
+    Ok(if world.is_fluid() { Box::new(Sph::new(gpu, world)?) } else { Box::new(Mpm::new(gpu, world, method)?) })
 }
 
 fn draw(

@@ -14,7 +14,7 @@ use crate::fluid::Fluid;
 use crate::limits::{Crowd, MOST_BODIES, refuse_wide};
 use crate::pins;
 use crate::plan::Plan;
-use crate::scene::{Depth, Kind, Object, Problem, Scene, Source};
+use crate::scene::{Depth, Kind, Material, Object, Problem, Scene, Source};
 use crate::stages::view;
 use crate::world::{self, Body, World};
 
@@ -93,6 +93,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
     let dx = 1.0 / scene.simulation.grid_density;
     let lattice = Lattice::new(dx, scene.simulation.particles_per_cell)
         .map_err(|e| at("simulation.particles_per_cell".into(), e))?;
+    let liquid = Lattice::new(scene.simulation.particle_size, 1).map_err(|e| at("simulation.particle_size".into(), e))?;
     let since = Instant::now();
     let mut crowd = Crowd::new(inputs.memory);
     let (mut bodies, mut notes) = (Vec::new(), Vec::new());
@@ -103,7 +104,8 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
             if object.material.is_none() {
                 continue;
             }
-            let filled = colored(scene, index, inputs, view.as_ref(), &lattice, &mut crowd)?;
+            let lattice = if matches!(object.material, Some(Material::Sph { .. })) { &liquid } else { &lattice };
+            let filled = colored(scene, index, inputs, view.as_ref(), lattice, &mut crowd)?;
             colors.extend_from_slice(&filled.colors);
             bodies.push(body(scene, index, object, filled, view.as_ref(), &mut notes)?);
             object_of.push(index);
@@ -143,7 +145,6 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         return Err(at("object".into(), format!("at most {MOST_BODIES} objects with a material fit in a scene")));
     }
     let domain = domain(scene, &bodies, dx);
-    refuse_wide(domain, dx)?;
     let world = World {
         bodies,
         gravity: scene.gravity,
@@ -159,6 +160,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
             ..Fluid::default()
         },
     };
+    refuse_wide(domain, world.cell())?;
     // Time is kept in f32: a step below its rounding would never reach the frame's end.
     let (step, frame) = (world.step(), 1.0 / scene.output.fps);
     if !world.bodies.is_empty() && step < frame * LEAST_STEP {

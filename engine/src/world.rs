@@ -51,6 +51,11 @@ impl World {
         self.bodies.iter().any(|b| matches!(b.material, Material::Sph { .. }))
     }
 
+    /// Side of the cells that particles are sorted into [m].
+    pub fn cell(&self) -> f32 {
+        if self.is_fluid() { 2.0 * self.fluid.particle_size } else { self.dx }
+    }
+
     /// Gravity and fields as the kernels see them.
     pub fn forces(&self) -> kernels::Forces {
         let mut forces = kernels::Forces::zeroed();

@@ -21,6 +21,24 @@ fn main() {
             println!("v {} want {}", m.momentum[2]/m.mass, 9.81*s.time());
         }
     }
+    if what == "dam" {
+        let nu: f32 = std::env::args().nth(3).unwrap().parse().unwrap();
+        let body = liquid(1000.0, nu, h, lattice(h, [0.0; 3], [12.0 * h, 6.0 * h, 24.0 * h]));
+        let mut w = world(pressure, h, vec![body], [-0.1; 3], [0.7, 0.2, 0.8]);
+        w.gravity = [0.0, 0.0, -9.81];
+        w.colliders = vec![room([0.0; 3], [46.0 * h, 6.0 * h, 46.0 * h])];
+        let mut s = Sph::new(&gpu, &w).unwrap();
+        let began = std::time::Instant::now();
+        for _ in 0..15 {
+            let st = s.frame(0.04).unwrap();
+            let m = s.measure(0).unwrap();
+            let p = gpu.read(s.particles).unwrap();
+            let s_max = p.iter().map(|q| q.s[0]).fold(0.0, f32::max);
+            let over = p.iter().map(|q| (q.s[0] - 1.0).max(0.0) as f64).sum::<f64>() / p.len() as f64;
+            let front = p.iter().map(|q| q.x[0]).fold(0.0, f32::max);
+            println!("t {:.2} {} steps dt {:?} it {} uns {} rej {} clamp {} {} E {:.3} (kin {:.3}) vmax {:.2} smax {:.3} mean over {:.1e} front {:.3} wall {:.1}", s.time(), st.substeps, st.dt, st.iterations, st.unsolved, st.rejected, st.clamped_velocity, st.clamped_volume, m.kinetic + 9.81 * m.height, m.kinetic, m.speed, s_max, over, front, began.elapsed().as_secs_f64());
+        }
+    }
     if what == "tank" {
         let n = 10.0;
         let nu: f32 = std::env::args().nth(3).unwrap().parse().unwrap(); let body = liquid(1000.0, nu, h, lattice(h, [0.0; 3], [6.0 * h, 6.0 * h, n * h]));

@@ -57,6 +57,9 @@ fn relax(i: u32, stride: u32, dt: f32) {
     }
     let excess = bitcast<f32>(word(wants, i)) + dt * dt * rate;
     let pressure = points.d[i].w;
-    points.d[i].w = max(pressure + RELAXED * excess / max(dt * dt * own.response, 1e-30), 0.0);
-    atomicAdd(&left, u32(clamp(excess, 0.0, MOST) * (64.0 * RESIDUAL)));
+    let next = max(pressure + RELAXED * excess / max(dt * dt * own.response, 1e-30), 0.0);
+    points.d[i].w = next;
+    // Where it is pressed s must be neither above nor below what it should be; elsewhere it may be below.
+    let wrong = select(max(excess, 0.0), abs(excess), next > 0.0);
+    atomicAdd(&left, u32(min(wrong, MOST) * (64.0 * RESIDUAL)));
 }

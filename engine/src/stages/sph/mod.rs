@@ -99,7 +99,7 @@ impl<'gpu> Sph<'gpu> {
     pub fn new(gpu: &'gpu Gpu, world: &World) -> Result<Self, GpuError> {
         let (particles, deformations) = initial_state(world);
         let count = particles.len() as u64;
-        let grid = cells::grid(world.domain, 2.0 * world.fluid.particle_size);
+        let grid = cells::grid(world.domain, world.cell());
         let (forces, colliders) = (world.forces(), world.obstacles());
         let bodies: Vec<_> = world.bodies.iter().map(crate::world::Body::constants).collect();
         Ok(Self {
@@ -132,7 +132,7 @@ impl<'gpu> Sph<'gpu> {
     /// Bytes that [`Sph::new`] will allocate.
     pub fn bytes(world: &World) -> u64 {
         let particles: u64 = world.bodies.iter().map(|b| b.positions.len() as u64).sum();
-        let grid = cells::grid(world.domain, 2.0 * world.fluid.particle_size);
+        let grid = cells::grid(world.domain, world.cell());
         let each = (2 * size_of::<Particle>() + size_of::<Deformation>() + 1) as u64 + Hot::BYTES;
         each * particles + Cells::bytes(&grid, particles, slots(world, &grid), particles.max(1) as u32)
     }
