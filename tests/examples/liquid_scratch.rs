@@ -21,6 +21,12 @@ fn main() {
             println!("v {} want {}", m.momentum[2]/m.mass, 9.81*s.time());
         }
     }
+    if what == "front" {
+        let n: u32 = std::env::args().nth(3).unwrap().parse().unwrap();
+        let (f, r) = physvideo_tests::problems::sph::dam(&gpu, n, pressure, 0.75, 9.81).unwrap();
+        for (z, w) in f.iter().zip(physvideo_tests::problems::sph::FRONT) { println!("T {} Z {z:.3} band {} {}", w.0, w.1, w.2); }
+        println!("{:?} steps {} its {} wall {} n {} densest {}", physvideo_tests::problems::sph::off_the_band(&f), r.frames.iter().map(|s| s.substeps).sum::<u32>(), r.frames.iter().map(|s| s.iterations).sum::<u32>(), r.wall_s, r.particles, r.densest);
+    }
     if what == "dam" {
         let nu: f32 = std::env::args().nth(3).unwrap().parse().unwrap();
         let body = liquid(1000.0, nu, h, lattice(h, [0.0; 3], [12.0 * h, 6.0 * h, 24.0 * h]));

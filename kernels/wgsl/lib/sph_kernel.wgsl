@@ -2,9 +2,9 @@
 // here are in h, and every weight is multiplied by that volume, so that none has a unit.
 
 // 1/π, but for a part in 4e4: a regular lattice sums to exactly 1.
-const SPLINE: f32 = 0.31831850;
+const SPLINE: f32 = 0.31831852;
 // Σ r ∂W/∂r / 3 over a regular lattice: by how much its gradient of a linear field is too steep (1 as h/spacing grows).
-const STEEP: f32 = 1.0200978;
+const STEEP: f32 = 1.0200698;
 
 // V W(q).
 fn spline(q: f32) -> f32 {

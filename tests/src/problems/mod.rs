@@ -1,6 +1,8 @@
 //! Problems with a known answer, run with any method, resolution and step: small as tests, swept by `physvideo-bench wp`.
 //! A problem knows the solvers' public interface, and neither tests nor diagrams.
 
+pub mod sph;
+
 use physvideo_gpu::Gpu;
 
 /// How a problem is run.
@@ -51,6 +53,6 @@ pub struct Problem {
 
 /// Every problem.
 pub fn all() -> Vec<&'static Problem> {
-    let groups: [&[Problem]; 0] = [];
+    let groups: [&[Problem]; 1] = [&sph::PROBLEMS];
     groups.iter().flat_map(|g| g.iter()).collect()
 }

@@ -10,6 +10,7 @@ pub mod latent;
 pub mod lattice;
 pub mod mpm;
 pub mod points;
+pub mod sph;
 
 pub use call::{Buffers, Call};
 pub use compare::{Compared, Report};
@@ -51,6 +52,15 @@ pub static CASES: &[&Case] = &[
     &points::resolve::CASE,
     &points::uncover::CASE,
     &points::unproject::CASE,
+    &sph::advance::CASE,
+    &sph::force::CASE,
+    &sph::judge::CASE,
+    &sph::pack::CASE,
+    &sph::press::CASE,
+    &sph::relax::CASE,
+    &sph::search::CASE,
+    &sph::source::CASE,
+    &sph::surround::CASE,
 ];
 
 /// What is needed to prove and to time a kernel.

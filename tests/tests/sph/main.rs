@@ -1,0 +1,5 @@
+//! Liquids of SPH: problems with a known answer, each with a control that must fail.
+
+mod guard;
+mod motion;
+mod tank;
