@@ -7,10 +7,10 @@ use std::time::Instant;
 use glam::Vec3;
 use physvideo_gpu::kernels::Camera;
 
+use crate::fluid::Fluid;
 use crate::geometry::{
     self, GeometryError, Lattice, MaskBody, Particles, PhotoData, Smoothing, SurfaceMap, TriangleMesh, WorldFromCamera,
 };
-use crate::fluid::Fluid;
 use crate::limits::{Crowd, MOST_BODIES, refuse_wide};
 use crate::pins;
 use crate::plan::Plan;
@@ -93,7 +93,8 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
     let dx = 1.0 / scene.simulation.grid_density;
     let lattice = Lattice::new(dx, scene.simulation.particles_per_cell)
         .map_err(|e| at("simulation.particles_per_cell".into(), e))?;
-    let liquid = Lattice::new(scene.simulation.particle_size, 1).map_err(|e| at("simulation.particle_size".into(), e))?;
+    let liquid =
+        Lattice::new(scene.simulation.particle_size, 1).map_err(|e| at("simulation.particle_size".into(), e))?;
     let since = Instant::now();
     let mut crowd = Crowd::new(inputs.memory);
     let (mut bodies, mut notes) = (Vec::new(), Vec::new());

@@ -92,13 +92,7 @@ const STAGES: &[Stage] = &[
         what: |_| "fill the bodies with particles",
         idle: nothing_moves,
     },
-    Stage {
-        name: "simulate",
-        makes: Artifact::State,
-        needs: &[Artifact::Bodies],
-        what: solver,
-        idle: nothing_moves,
-    },
+    Stage { name: "simulate", makes: Artifact::State, needs: &[Artifact::Bodies], what: solver, idle: nothing_moves },
     Stage {
         name: "points",
         makes: Artifact::Points,

@@ -12,9 +12,13 @@ fn main() {
             }
         }
         for seed in 0..4 {
-            if let Err(e) = prove(&gpu, case, Ask { items: 400 + seed as usize, seed, poison: true }) { println!("poison {e}"); }
+            if let Err(e) = prove(&gpu, case, Ask { items: 400 + seed as usize, seed, poison: true }) {
+                println!("poison {e}");
+            }
         }
-        if let Err(e) = repeat(&gpu, case, Ask { items: 1000, seed: 2, poison: true }) { println!("{e}"); }
+        if let Err(e) = repeat(&gpu, case, Ask { items: 1000, seed: 2, poison: true }) {
+            println!("{e}");
+        }
         println!("{} {worst:.1e} of {:.1e}", case.kernel, case.tolerance);
     }
     println!("{:?}", gpu.messages());

@@ -48,9 +48,8 @@ pub fn world(pressure: Pressure, h: f64, bodies: Vec<Body>, low: [f64; 3], high:
 
 /// A room between two corners, without friction.
 pub fn room(low: [f64; 3], high: [f64; 3]) -> Collider {
-    let at = |f: fn(f64, f64) -> f64| {
-        [f(low[0], high[0]) as f32, f(low[1], high[1]) as f32, f(low[2], high[2]) as f32, 0.0]
-    };
+    let at =
+        |f: fn(f64, f64) -> f64| [f(low[0], high[0]) as f32, f(low[1], high[1]) as f32, f(low[2], high[2]) as f32, 0.0];
     Collider {
         shape: family::shape::ROOM,
         end: 1e9,

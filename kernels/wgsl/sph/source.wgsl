@@ -27,6 +27,8 @@ var<immediate> grid: Grid;
 
 // A particle with less around it than this is spray: its divergence means nothing.
 const SPRAY: f32 = 0.75;
+// Share of the last step's pressure to start from. Too much pressure is no error that ends a solve, so some of it leaks.
+const KEPT: f32 = 0.7;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -53,10 +55,10 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let last = texel(warm, i);
     if (DIVERGENCE) {
         wants.d[i] = bitcast<u32>(select(max(dt * rate, 0.0), 0.0, own.fill < SPRAY));
-        points.d[i] = vec4f(here.xyz, last.w);
+        points.d[i] = vec4f(here.xyz, KEPT * last.w);
     } else {
         stirs.d[i] = bitcast<u32>(points.d[i].w);
         wants.d[i] = bitcast<u32>(own.fill - 1.0 + dt * rate);
-        points.d[i] = vec4f(here.xyz, last.z);
+        points.d[i] = vec4f(here.xyz, KEPT * last.z);
     }
 }

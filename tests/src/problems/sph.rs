@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use physvideo::fluid::Fluid;
 use physvideo::scene::Pressure;
-use physvideo::stages::solver::{FrameStats, Solver};
+use physvideo::stages::solver::FrameStats;
 use physvideo::stages::sph::Sph;
 use physvideo_gpu::kernels::{Field, Particle, family};
 use physvideo_gpu::{Gpu, GpuError};
@@ -149,7 +149,13 @@ pub const FRONT: [(f64, f64, f64); 8] = [
 ///
 /// # Errors
 /// The device's refusal.
-pub fn dam(gpu: &Gpu, across: u32, pressure: Pressure, courant: f32, gravity: f32) -> Result<(Vec<f64>, Rest), GpuError> {
+pub fn dam(
+    gpu: &Gpu,
+    across: u32,
+    pressure: Pressure,
+    courant: f32,
+    gravity: f32,
+) -> Result<(Vec<f64>, Rest), GpuError> {
     let a = 0.05715; // 2.25 in
     let h = a / f64::from(across);
     let depth = 4.0 * h;
@@ -180,8 +186,11 @@ pub fn dam(gpu: &Gpu, across: u32, pressure: Pressure, courant: f32, gravity: f3
 
 /// Mean distance of a front from the band, and the largest, relative.
 pub fn off_the_band(front: &[f64]) -> (f64, f64) {
-    let off: Vec<f64> =
-        FRONT.iter().zip(front).map(|((_, low, high), z)| (low - z).max(z - high).max(0.0) / (0.5 * (low + high))).collect();
+    let off: Vec<f64> = FRONT
+        .iter()
+        .zip(front)
+        .map(|((_, low, high), z)| (low - z).max(z - high).max(0.0) / (0.5 * (low + high)))
+        .collect();
     (off.iter().sum::<f64>() / off.len() as f64, off.iter().copied().fold(0.0, f64::max))
 }
 

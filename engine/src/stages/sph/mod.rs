@@ -8,7 +8,9 @@ mod start;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use physvideo_gpu::kernels::{self, Clock, Colliders, Crowd, Deformation, Forces, Local, Particle, Solve, Sums, mpm, sph};
+use physvideo_gpu::kernels::{
+    self, Clock, Colliders, Crowd, Deformation, Forces, Local, Particle, Solve, Sums, mpm, sph,
+};
 use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Prepared, Recording};
 
 use self::start::{NEIGHBOURS, constants, initial_state, slots};
@@ -66,11 +68,12 @@ struct Hot {
     pushes: Buf<[f32; 4]>,
     wants: Buf<u32>,
     stirs: Buf<u32>,
+    lasts: Buf<u32>,
 }
 
 impl Hot {
     /// Bytes of each particle.
-    const BYTES: u64 = 7 * 16 + 3 * 4 + 4 * NEIGHBOURS + (size_of::<Crowd>() + size_of::<Local>()) as u64;
+    const BYTES: u64 = 7 * 16 + 4 * 4 + 4 * NEIGHBOURS + (size_of::<Crowd>() + size_of::<Local>()) as u64;
 
     fn new(gpu: &Gpu, count: u64) -> Result<Self, GpuError> {
         Ok(Self {
@@ -86,6 +89,7 @@ impl Hot {
             flown: gpu.alloc("run", "sph/flown", count)?,
             pushes: gpu.alloc("run", "sph/pushes", count)?,
             wants: gpu.alloc("run", "sph/wants", count)?,
+            lasts: gpu.alloc("run", "sph/lasts", count)?,
             stirs: gpu.upload("run", "sph/stirs", &vec![0; count as usize])?,
         })
     }
@@ -149,7 +153,20 @@ impl<'gpu> Sph<'gpu> {
         let Hot { places, moves, warm, numbers, lists, crowds, locals, points, flows, flown, stirs, .. } = hot;
         let was = particles;
         rec.call(
-            &sph::Pack { was, order, keys, table, starts, counts, live: counters, places, moves, warm, numbers, immediates },
+            &sph::Pack {
+                was,
+                order,
+                keys,
+                table,
+                starts,
+                counts,
+                live: counters,
+                places,
+                moves,
+                warm,
+                numbers,
+                immediates,
+            },
             k,
             each,
         );
@@ -188,7 +205,17 @@ impl<'gpu> Sph<'gpu> {
         }
         let particles = particles.cast();
         rec.call(
-            &sph::Advance { points, flows: flown, locals, numbers, stirs, live: counters, clock, particles, immediates },
+            &sph::Advance {
+                points,
+                flows: flown,
+                locals,
+                numbers,
+                stirs,
+                live: counters,
+                clock,
+                particles,
+                immediates,
+            },
             k,
             each,
         );
@@ -196,7 +223,7 @@ impl<'gpu> Sph<'gpu> {
 
     /// Makes the velocities free of divergence, or such that density is at rest after the step.
     fn record_solve(&self, rec: &mut Recording, divergence: bool) {
-        let Hot { places, warm, lists, crowds, locals, points, pushes, wants, stirs, .. } = self.hot;
+        let Hot { places, warm, lists, crowds, locals, points, pushes, wants, stirs, lasts, .. } = self.hot;
         let (clock, live, solve, immediates) = (self.clock, self.cells.live.cast(), self.solve, self.cells.grid);
         let flows = if divergence { self.hot.flows } else { self.hot.flown };
         let k = self.constants.clone().with("DIVERGENCE", f64::from(u8::from(divergence)));
@@ -218,7 +245,20 @@ impl<'gpu> Sph<'gpu> {
         for turn in 1..=MOST_ITERATIONS {
             rec.call(&press, &k, pass);
             rec.call(
-                &sph::Relax { places, pushes, lists, crowds, locals, wants, live, clock, points, solve, immediates },
+                &sph::Relax {
+                    places,
+                    pushes,
+                    lists,
+                    crowds,
+                    locals,
+                    wants,
+                    live,
+                    clock,
+                    points,
+                    solve,
+                    lasts,
+                    immediates,
+                },
                 &k,
                 pass,
             );

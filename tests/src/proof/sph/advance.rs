@@ -21,8 +21,7 @@ fn inputs(ask: Ask) -> Call {
     let mut liquid = Liquid::new(ask);
     let n = ask.items;
     let pressures = liquid.vectors(|r| [0.0, 0.0, 0.0, r.range(0.0, 5e3)]);
-    let points: Vec<[f32; 4]> =
-        liquid.places.iter().zip(&pressures).map(|(x, p)| [x[0], x[1], x[2], p[3]]).collect();
+    let points: Vec<[f32; 4]> = liquid.places.iter().zip(&pressures).map(|(x, p)| [x[0], x[1], x[2], p[3]]).collect();
     let flows = liquid.vectors(|r| {
         let most = if r.chance(0.1) { 30.0 } else { 3.0 };
         let v = r.vector(most);

@@ -10,7 +10,7 @@ pub static CASE: Case = Case {
     kernel: "sph/force",
     inputs,
     compare,
-    tolerance: 1e-5,
+    tolerance: 2e-6,
     reason: "as the search: distances to 1e-6 h; relative to the sum of the sizes of the terms",
     unordered: &[],
     bytes: 33.0 * 36.0 + 64.0 + 48.0,
@@ -21,8 +21,7 @@ pub static CASE: Case = Case {
 fn inputs(ask: Ask) -> Call {
     let mut liquid = Liquid::new(ask);
     let pressures = liquid.vectors(|r| [0.0, 0.0, 0.0, if r.chance(0.3) { 0.0 } else { r.range(0.0, 5e3) }]);
-    let points: Vec<[f32; 4]> =
-        liquid.places.iter().zip(&pressures).map(|(x, p)| [x[0], x[1], x[2], p[3]]).collect();
+    let points: Vec<[f32; 4]> = liquid.places.iter().zip(&pressures).map(|(x, p)| [x[0], x[1], x[2], p[3]]).collect();
     let flows = liquid.vectors(|r| {
         let v = r.vector(2.0);
         [v[0], v[1], v[2], r.range(0.0, 2.0)]

@@ -18,12 +18,12 @@ pub static CASE: Case = Case {
 
 /// Seeds run through opening, going on, ending, ending without success, and being over already.
 fn inputs(ask: Ask) -> Call {
-    let mut random = Random::new(ask.seed);
+    let mut random = Random::new(ask.seed ^ (ask.items as u64) << 8);
     let n = ask.items as u32;
     let mean = [2e-3, 2e-5][random.below(2)];
     let rule = Rule {
         opens: u32::from(ask.seed.is_multiple_of(4)),
-        least: random.below(3) as u32 + 1,
+        least: random.below(5) as u32 + 1,
         last: u32::from(ask.seed % 3 == 1),
         tolerance: 2e-4,
     };
@@ -58,8 +58,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             want.unsolved += rule.last;
         }
     }
-    let words = |s: &Solve| {
-        [s.groups[0], s.groups[1], s.groups[2], s.iterations, s.residual, s.all, s.worst, s.unsolved]
-    };
+    let words =
+        |s: &Solve| [s.groups[0], s.groups[1], s.groups[2], s.iterations, s.residual, s.all, s.worst, s.unsolved];
     vec![Compared::equal("solve", &words(&out.one("solve")), &words(&want))]
 }

@@ -18,6 +18,8 @@ use super::cloud::grid;
 use super::{Ask, Call};
 use crate::random::Random;
 
+/// Vectors of the device, one a place.
+pub type Vectors = Vec<[f32; 4]>;
 /// A vector in f64.
 pub type Vec3 = Vector3<f64>;
 

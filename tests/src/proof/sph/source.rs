@@ -3,14 +3,14 @@
 
 use physvideo_gpu::kernels::{Clock, Counts, Local};
 
-use super::{Liquid, gradient, h, vec3};
+use super::{Liquid, Vectors, gradient, h, vec3};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 
 pub static CASE: Case = Case {
     kernel: "sph/source",
     inputs,
     compare,
-    tolerance: 1e-5,
+    tolerance: 2e-6,
     reason: "as the search: distances to 1e-6 h; relative to the sum of the sizes of the terms",
     unordered: &[],
     bytes: 33.0 * 36.0 + 64.0 + 64.0,
@@ -57,8 +57,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let placed = b.one::<Counts>("live").cursor as usize;
     let dt = f64::from(b.one::<Clock>("clock").dt);
     let divergence = call.constants == physvideo_gpu::Constants::none().with("DIVERGENCE", 1.0);
-    let (flows, warm, places): (Vec<[f32; 4]>, Vec<[f32; 4]>, Vec<[f32; 4]>) =
-        (b.get("flows"), b.get("warm"), b.get("places"));
+    let (flows, warm, places): (Vectors, Vectors, Vectors) = (b.get("flows"), b.get("warm"), b.get("places"));
     let locals: Vec<Local> = b.get("locals");
     let before: Vec<[f32; 4]> = b.get("points");
     let (wants, points): (Vec<f32>, Vec<[f32; 4]>) = (out.get("wants"), out.get("points"));
@@ -73,7 +72,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             false => fill - 1.0 + excess,
         });
         scale.push(fill * 0.1 + dt * (size + drift.abs()));
-        let w = if divergence { warm[i][3] } else { warm[i][2] };
+        let w = 0.7 * if divergence { warm[i][3] } else { warm[i][2] };
         start.push([places[i][0], places[i][1], places[i][2], w]);
     }
     let kept: Vec<u32> = out.get("stirs");

@@ -5,7 +5,7 @@ use nalgebra::{Rotation3, Unit};
 use physvideo_gpu::kernels::{Body, Clock, Collider, Colliders, Counts, Crowd, Forces, Local, family::shape};
 
 use super::wall::mirrored;
-use super::{Liquid, Vec3, h, steep, vec3};
+use super::{Liquid, Vec3, Vectors, h, steep, vec3};
 use crate::proof::mpm::force;
 use crate::proof::mpm::obstacle::obstacles;
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
@@ -96,8 +96,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let clock: Clock = b.one("clock");
     let (time, sound) = (f64::from(clock.frame_start + clock.t), f64::from(clock.wave_speed));
     let solved = call.constants == physvideo_gpu::Constants::none().with("INCOMPRESSIBLE", 1.0);
-    let (places, moves, warm): (Vec<[f32; 4]>, Vec<[f32; 4]>, Vec<[f32; 4]>) =
-        (b.get("places"), b.get("moves"), b.get("warm"));
+    let (places, moves, warm): (Vectors, Vectors, Vectors) = (b.get("places"), b.get("moves"), b.get("warm"));
     let (crowds, bodies): (Vec<Crowd>, Vec<Body>) = (b.get("crowds"), b.get("bodies"));
     let (forces, colliders): (Forces, Colliders) = (b.one("forces"), b.one("colliders"));
     let (points, flows): (Vec<[f32; 4]>, Vec<[f32; 4]>) = (out.get("points"), out.get("flows"));
@@ -157,10 +156,16 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             continue; // on a border, where rounding decides
         }
         let steepest = 4.0 / h();
-        got.extend([points[i][3], flows[i][3], l.drift, l.fill, l.friction, l.response, l.drag, l.density].map(f64::from));
+        got.extend(
+            [points[i][3], flows[i][3], l.drift, l.fill, l.friction, l.response, l.drag, l.density].map(f64::from),
+        );
         want.extend([tait, (nu * density).sqrt() / fill, drift, fill, mean(friction), response, drag, density]);
         scale.extend([density * sound * sound * fill.powi(5), 1.0 / fill * 20.0, steepest * 3.0, fill, 1.0]);
-        scale.extend([(around.norm() + steepest).powi(2) / density + response, drag + nu * 10.0 / (h() * h()), density]);
+        scale.extend([
+            (around.norm() + steepest).powi(2) / density + response,
+            drag + nu * 10.0 / (h() * h()),
+            density,
+        ]);
         for (a, b, size) in [
             (l.wall, slope, steepest),
             (l.drive, all, drive.norm() * 40.0),
@@ -171,6 +176,8 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             scale.extend([size; 3]);
         }
     }
-    let kept = (0..placed).all(|i| points[i][..3] == places[i][..3] && flows[i][..3] == moves[i][..3] && locals[i].tag == moves[i][3].to_bits());
+    let kept = (0..placed).all(|i| {
+        points[i][..3] == places[i][..3] && flows[i][..3] == moves[i][..3] && locals[i].tag == moves[i][3].to_bits()
+    });
     vec![Compared::close("surroundings", got, want, scale), Compared::fact("places and velocities are kept", kept)]
 }
