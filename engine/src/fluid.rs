@@ -48,7 +48,7 @@ pub fn limits(world: &World) -> Limits {
     };
     let mut longest = if gravity > 0.0 { 0.125 * scale * (h / gravity).sqrt() } else { f32::MAX };
     for body in &world.bodies {
-        if let Material::Sph { viscosity, .. } = body.material
+        if let Material::Sph { viscosity } = body.material
             && viscosity > 0.0
         {
             longest = longest.min(0.125 * h * h / viscosity);

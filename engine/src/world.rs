@@ -124,8 +124,8 @@ pub fn lame(young: f32, poisson: f32) -> (f32, f32) {
 impl Body {
     /// Kind, μ and λ of its material for the kernels.
     pub fn constants(&self) -> kernels::Body {
-        if let Material::Sph { viscosity, surface_tension } = self.material {
-            return kernels::Body { material: 0, fields: self.fields, mu: viscosity, lambda: surface_tension };
+        if let Material::Sph { viscosity } = self.material {
+            return kernels::Body { material: 0, fields: self.fields, mu: viscosity, lambda: 0.0 };
         }
         let (material, young, poisson) = self.material.constants();
         let (mu, lambda) = lame(young, poisson);

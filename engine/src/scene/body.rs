@@ -181,10 +181,6 @@ pub enum Material {
         #[serde(default = "default_viscosity")]
         #[schemars(range(min = 0.0))]
         viscosity: f32,
-        /// Surface tension [N/m].
-        #[serde(default)]
-        #[schemars(range(min = 0.0))]
-        surface_tension: f32,
     },
 }
 
