@@ -27,6 +27,19 @@ fn main() {
             println!("v {} want {}", m.momentum[2] / m.mass, 9.81 * s.time());
         }
     }
+    if what == "channel" {
+        use physvideo_tests::problems::sph::*;
+        for n in [6, 8, 12, 16] {
+            let (u, r) = channel(&gpu, n, pressure, 0.75, true).unwrap();
+            println!(
+                "{n}: {u:.4?} want {:.4?} error {:.2e} steps {} wall {:.2}",
+                TIMES.map(poiseuille),
+                off_the_series(&u, n),
+                r.frames.iter().map(|s| s.substeps).sum::<u32>(),
+                r.wall_s
+            );
+        }
+    }
     if what == "front" {
         let n: u32 = std::env::args().nth(3).unwrap().parse().unwrap();
         let (f, r) = physvideo_tests::problems::sph::dam(&gpu, n, pressure, 0.75, 9.81).unwrap();

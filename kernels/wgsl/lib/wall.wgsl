@@ -10,6 +10,7 @@ const WALL_ROOM: u32 = 4u;
 // What walls do to a particle, summed up one surface after another.
 struct Walls {
     free: f32,          // 1 − their part of s
+    loose: f32,         // 1 − the part of those that stick
     slope: vec3f,       // ∇ of their part [1/m]
     drift: f32,         // Σ of their velocities times that [1/s]
     lift: vec3f,        // acceleration by the weight of the fluid they stand for [m/s²]
@@ -31,6 +32,7 @@ fn meet(m: Walls, s: Surface, d: f32, drive: vec3f, h: f32) -> Walls {
     o.slope = m.slope * free + slope * m.free;
     o.drift = m.drift * free + dot(s.speed, slope) * m.free;
     o.free = m.free * free;
+    o.loose = m.loose * select(1.0, free, s.sticky);
     let size = length(slope);
     // The fluid that the wall stands for has weight too: its pressure rises with depth (Adami 2012), and carries what
     // lies along the wall. Nothing hangs from a wall above it.

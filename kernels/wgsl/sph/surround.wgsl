@@ -23,7 +23,7 @@ struct Locals { d: array<Local> }
 @group(0) @binding(7) var<storage, read> live: Counts;
 @group(0) @binding(8) var<storage, read> clock: Clock;
 @group(0) @binding(9) var<storage, read_write> points: Vectors;    // x [m], P = p/s² [Pa]
-@group(0) @binding(10) var<storage, read_write> flows: Vectors;    // v [m/s], sqrt(μ)/s, μ the viscosity [Pa s]
+@group(0) @binding(10) var<storage, read_write> flows: Vectors;    // v [m/s], sqrt(μ/s), μ the viscosity [Pa s]
 @group(0) @binding(11) var<storage, read_write> locals: Locals;
 var<immediate> grid: Grid;
 
@@ -51,6 +51,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let drive = body_acceleration(p, body.y, gravity, field_count, time);
     var m: Walls;
     m.free = 1.0;
+    m.loose = 1.0;
     for (var k = 0u; k < collider_count; k++) { m = meet_collider(m, load_collider(k), p.x, time, drive, h); }
     let fill = crowd.fill + 1.0 - m.free;
     let share = 1.0 / max(m.weight, 1e-20);
@@ -59,7 +60,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let s3 = fill * fill * fill;
     let pressure = density * sound * sound / 7.0 * max(s3 * s3 * fill - 1.0, 0.0) / (fill * fill);
     points.d[i] = vec4f(place.xyz, pressure);
-    flows.d[i] = vec4f(motion.xyz, sqrt(viscosity * density) / fill);
+    // Of s only what shears counts: at a free face or a wall that lets slip, the sums have less to go on.
+    flows.d[i] = vec4f(motion.xyz, sqrt(viscosity * density / (crowd.fill + 1.0 - m.loose)));
     // Only fluid that is pressed has a pressure that could go on in the wall.
     var pressed = pressure;
     if (INCOMPRESSIBLE) {

@@ -1,5 +1,6 @@
 //! Liquids of SPH: problems with a known answer, each with a control that must fail.
 
+mod channel;
 mod dam;
 mod guard;
 mod motion;

@@ -20,8 +20,9 @@ use crate::fluid::{Fluid, Limits, limits};
 use crate::scene::Pressure;
 use crate::world::World;
 
-/// Most iterations of a pressure solve in a step; a solve that needs more goes on in the next step from where it was.
-pub const MOST_ITERATIONS: u32 = 40;
+/// Most iterations of a step's density solve, and of its divergence solve. A solve that needs more is counted, and goes
+/// on in the next step from where it was.
+pub const MOST_ITERATIONS: [u32; 2] = [40, 20];
 
 /// The solver over one world, whose bodies are all of SPH.
 pub struct Sph<'gpu> {
@@ -242,7 +243,8 @@ impl<'gpu> Sph<'gpu> {
         rec.call(&source, &k, self.groups());
         let press = sph::Press { points, lists, crowds, locals, live, clock, pushes, flows, immediates };
         let pass = Groups::Indirect(solve.erase(), std::mem::offset_of!(Solve, groups) as u64);
-        for turn in 1..=MOST_ITERATIONS {
+        let most = MOST_ITERATIONS[usize::from(divergence)];
+        for turn in 1..=most {
             rec.call(&press, &k, pass);
             rec.call(
                 &sph::Relax {
@@ -262,7 +264,7 @@ impl<'gpu> Sph<'gpu> {
                 &k,
                 pass,
             );
-            rec.call(&judge(false, turn == MOST_ITERATIONS), &k, once);
+            rec.call(&judge(false, turn == most), &k, once);
         }
         rec.call(&press, &k.with("LAST", 1.0), self.groups());
     }

@@ -108,7 +108,8 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         let (density, nu) = (f64::from(places[i][3]), f64::from(body.mu));
         let (drive, doubtful) = force::acceleration(&forces, body.fields, x, v, time);
         let (mut free, mut slope, mut drift, mut lift) = (1.0, Vec3::zeros(), 0.0, Vec3::zeros());
-        let (mut slide, mut friction, mut weight, mut drag, mut clear) = (Vec3::zeros(), 0.0, 0.0, 0.0, !doubtful);
+        let (mut loose, mut slide, mut friction, mut weight, mut drag, mut clear) =
+            (1.0, Vec3::zeros(), 0.0, 0.0, 0.0, !doubtful);
         for c in &colliders.d[..colliders.count as usize] {
             let (start, end) = (f64::from(c.start), f64::from(c.end));
             let moved = time.clamp(start, end) - start;
@@ -136,6 +137,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
                 slide += speed * g.norm();
                 weight += g.norm();
                 if c.sticky == 1 {
+                    loose *= left;
                     drag -= nu * s / (d.max(0.1) * h() * h());
                 } else {
                     friction += f64::from(c.friction) * g.norm();
@@ -159,7 +161,16 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         got.extend(
             [points[i][3], flows[i][3], l.drift, l.fill, l.friction, l.response, l.drag, l.density].map(f64::from),
         );
-        want.extend([tait, (nu * density).sqrt() / fill, drift, fill, mean(friction), response, drag, density]);
+        want.extend([
+            tait,
+            (nu * density / (f64::from(crowd.fill) + 1.0 - loose)).sqrt(),
+            drift,
+            fill,
+            mean(friction),
+            response,
+            drag,
+            density,
+        ]);
         scale.extend([density * sound * sound * fill.powi(5), 1.0 / fill * 20.0, steepest * 3.0, fill, 1.0]);
         scale.extend([
             (around.norm() + steepest).powi(2) / density + response,
