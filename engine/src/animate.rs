@@ -16,6 +16,7 @@ use crate::stages::lagrangian::{Lagrangian, LagrangianError};
 use crate::stages::mpm::{DORMANT, Method, Mpm};
 use crate::stages::render::{Background, Image, PointRenderer, RenderError, RenderSettings};
 use crate::stages::solver::{FrameStats, Solver};
+use crate::stages::sph::Sph;
 use crate::stages::view;
 
 /// Why a clip cannot be made.
@@ -113,6 +114,7 @@ impl<'gpu> Animation<'gpu> {
         let world = &assembled.world;
         let solver: Option<Box<dyn Solver + 'gpu>> = match plan.runs("simulate") {
             true if assembled.elastic.total_lagrangian => Some(Box::new(Lagrangian::new(gpu, world)?)),
+            true if world.is_fluid() => Some(Box::new(Sph::new(gpu, world)?)),
             true => Some(Box::new(Mpm::new(gpu, world, method)?)),
             false => None,
         };

@@ -9,13 +9,14 @@ use physvideo_gpu::kernels::Camera;
 
 use crate::elastic::{self, Choice};
 use crate::emission;
+use crate::fluid::Fluid;
 use crate::geometry::{
     self, GeometryError, Lattice, MaskBody, Particles, PhotoData, Smoothing, SurfaceMap, TriangleMesh, WorldFromCamera,
 };
 use crate::limits::{Crowd, MOST_BODIES, refuse_wide};
 use crate::pins;
 use crate::plan::Plan;
-use crate::scene::{Depth, Kind, Object, Problem, Scene, Source};
+use crate::scene::{Depth, Kind, Material, Object, Problem, Scene, Source};
 use crate::stages::view;
 use crate::world::{self, Body, World};
 
@@ -96,6 +97,8 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
     let dx = 1.0 / scene.simulation.grid_density;
     let lattice = Lattice::new(dx, scene.simulation.particles_per_cell)
         .map_err(|e| at("simulation.particles_per_cell".into(), e))?;
+    let liquid =
+        Lattice::new(scene.simulation.particle_size, 1).map_err(|e| at("simulation.particle_size".into(), e))?;
     let since = Instant::now();
     let mut crowd = Crowd::new(inputs.memory);
     let (mut bodies, mut notes) = (Vec::new(), Vec::new());
@@ -106,7 +109,8 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         let mut simulated: Vec<_> = scene.objects.iter().enumerate().filter(|(_, o)| o.material.is_some()).collect();
         simulated.sort_by_key(|(_, o)| o.material.map(|m| m.law().material));
         for (index, object) in simulated {
-            let mut filled = colored(scene, index, inputs, view.as_ref(), &lattice, &mut crowd)?;
+            let lattice = if matches!(object.material, Some(Material::Sph { .. })) { &liquid } else { &lattice };
+            let mut filled = colored(scene, index, inputs, view.as_ref(), lattice, &mut crowd)?;
             let emission = emission::pool(scene, index, object, &mut filled, &mut crowd)?;
             colors.extend_from_slice(&filled.colors);
             let body = body(scene, index, object, filled, view.as_ref(), &mut notes)?;
@@ -148,7 +152,6 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         return Err(at("object".into(), format!("at most {MOST_BODIES} objects with a material fit in a scene")));
     }
     let domain = domain(scene, &bodies, dx);
-    refuse_wide(domain, dx)?;
     for (body, index) in bodies.iter().zip(&object_of) {
         if let (Some(_), Some(behind)) = (&body.emission, behind(body, domain, 1.0 / scene.output.fps)) {
             let message = format!(
@@ -172,7 +175,13 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         dx,
         courant: scene.simulation.courant,
         force_dt: scene.simulation.force_dt,
+        fluid: Fluid {
+            particle_size: scene.simulation.particle_size,
+            pressure: scene.simulation.pressure,
+            ..Fluid::default()
+        },
     };
+    refuse_wide(domain, world.cell())?;
     // Time is kept in f32: a step below its rounding would never reach the frame's end.
     let (step, frame) = (world.step(), 1.0 / scene.output.fps);
     if !world.bodies.is_empty() && step < frame * LEAST_STEP {

@@ -9,6 +9,7 @@ use crate::stages::cells;
 use crate::stages::lagrangian::Lagrangian;
 use crate::stages::mpm::Mpm;
 use crate::stages::render::RenderSettings;
+use crate::stages::sph::Sph;
 
 /// What a run will take.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +26,7 @@ pub struct Estimate {
     pub drawing_bytes: u64,
     /// Both [bytes].
     pub bytes: u64,
-    /// Substeps of a frame by the elastic limit, while nothing moves faster than the waves.
+    /// Substeps of a frame by the limits of its materials, while nothing moves faster than at the start.
     pub substeps: f64,
 }
 
@@ -36,10 +37,14 @@ const SMALL: u64 = 64 << 10;
 pub fn estimate(scene: &Scene, assembled: &Assembled, plan: &Plan, two_pass: bool) -> Estimate {
     let world = &assembled.world;
     let particles: u64 = world.bodies.iter().map(|b| b.positions.len() as u64).sum();
-    let grid = cells::grid(world.domain, world.dx);
+    let grid = cells::grid(world.domain, world.cell());
     let (blocks, _) = cells::touched(&grid, world.bodies.iter().flat_map(|b| b.positions.iter().copied()));
-    let solver = if assembled.elastic.total_lagrangian { Lagrangian::bytes(world) } else { Mpm::bytes(world) };
-    let simulation_bytes = if plan.runs("simulate") { solver + SMALL } else { 0 };
+    let simulation_bytes = match plan.runs("simulate") {
+        true if world.is_fluid() => Sph::bytes(world) + SMALL,
+        true if assembled.elastic.total_lagrangian => Lagrangian::bytes(world) + SMALL,
+        true => Mpm::bytes(world) + SMALL,
+        false => 0,
+    };
     let points = points(scene, assembled);
     let drawing_bytes =
         if plan.runs("render") { drawing(scene, assembled, plan, points, particles, two_pass) } else { 0 };

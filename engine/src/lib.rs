@@ -9,6 +9,7 @@ pub mod elastic;
 mod emission;
 pub mod estimate;
 pub mod flow;
+pub mod fluid;
 pub mod geometry;
 mod limits;
 mod pins;

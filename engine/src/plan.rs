@@ -1,7 +1,7 @@
 //! The plan: which stages a scene needs for the output asked for, compiled backwards from it. Plain data; what
 //! nothing needs is skipped, with the reason.
 
-use crate::scene::{Scene, Source, Until};
+use crate::scene::{Material, Pressure, Scene, Source, Until};
 
 /// What a stage makes and others need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -35,7 +35,7 @@ struct Stage {
     name: &'static str,
     makes: Artifact,
     needs: &'static [Artifact],
-    what: &'static str,
+    what: fn(&Scene) -> &'static str,
     /// The reason to skip it in this scene, if there is one.
     idle: fn(&Scene) -> Option<&'static str>,
 }
@@ -49,6 +49,15 @@ fn nothing_moves(scene: &Scene) -> Option<&'static str> {
 fn frames_given(scene: &Scene) -> Option<&'static str> {
     scene.flow.as_ref().and_then(|f| f.input.as_ref()).map(|_| "`flow.input` gives the frames")
 }
+/// The solver of a scene's bodies.
+fn solver(scene: &Scene) -> &'static str {
+    let fluid = scene.objects.iter().any(|o| matches!(o.material, Some(Material::Sph { .. })));
+    match scene.simulation.pressure {
+        Pressure::Wcsph if fluid => "SPH (WCSPH)",
+        Pressure::Dfsph if fluid => "SPH (DFSPH)",
+        _ => "MLS-MPM",
+    }
+}
 fn always(_: &Scene) -> Option<&'static str> {
     None
 }
@@ -59,49 +68,43 @@ const STAGES: &[Stage] = &[
         name: "photo",
         makes: Artifact::Photo,
         needs: &[],
-        what: "read the photograph, its labels and depth",
+        what: |_| "read the photograph, its labels and depth",
         idle: no_photo,
     },
     Stage {
         name: "surfaces",
         makes: Artifact::Surfaces,
         needs: &[Artifact::Photo],
-        what: "complete and smooth the depth inside each mask",
+        what: |_| "complete and smooth the depth inside each mask",
         idle: no_photo,
     },
     Stage {
         name: "world",
         makes: Artifact::World,
         needs: &[Artifact::Photo],
-        what: "find up and the ground",
+        what: |_| "find up and the ground",
         idle: no_photo,
     },
     Stage {
         name: "bodies",
         makes: Artifact::Bodies,
         needs: &[Artifact::Surfaces, Artifact::World],
-        what: "fill the bodies with particles",
+        what: |_| "fill the bodies with particles",
         idle: nothing_moves,
     },
-    Stage {
-        name: "simulate",
-        makes: Artifact::State,
-        needs: &[Artifact::Bodies],
-        what: "MLS-MPM",
-        idle: nothing_moves,
-    },
+    Stage { name: "simulate", makes: Artifact::State, needs: &[Artifact::Bodies], what: solver, idle: nothing_moves },
     Stage {
         name: "points",
         makes: Artifact::Points,
         needs: &[Artifact::State],
-        what: "write the particles of each frame",
+        what: |_| "write the particles of each frame",
         idle: |s| s.output.points.is_none().then_some("`output.points` is not set"),
     },
     Stage {
         name: "backdrop",
         makes: Artifact::Backdrop,
         needs: &[Artifact::Photo],
-        what: "fill the photograph behind what moves",
+        what: |_| "fill the photograph behind what moves",
         idle: |s| {
             let moving = s.objects.iter().any(|o| o.material.is_some() && matches!(o.source, Source::Mask { .. }));
             no_photo(s).or((!moving).then_some("nothing seen in the photograph moves"))
@@ -111,35 +114,35 @@ const STAGES: &[Stage] = &[
         name: "display",
         makes: Artifact::Display,
         needs: &[Artifact::Surfaces, Artifact::World, Artifact::Bodies],
-        what: "tie the points that are drawn to the particles",
+        what: |_| "tie the points that are drawn to the particles",
         idle: frames_given,
     },
     Stage {
         name: "render",
         makes: Artifact::Frames,
         needs: &[Artifact::State, Artifact::Display, Artifact::Backdrop],
-        what: "draw the points over the background",
+        what: |_| "draw the points over the background",
         idle: frames_given,
     },
     Stage {
         name: "driving",
         makes: Artifact::Frames,
         needs: &[],
-        what: "read the driving frames",
+        what: |_| "read the driving frames",
         idle: |s| frames_given(s).is_none().then_some("`flow.input` is not set"),
     },
     Stage {
         name: "flow",
         makes: Artifact::Flow,
         needs: &[Artifact::Frames],
-        what: "make the frames consistent with the image (network)",
+        what: |_| "make the frames consistent with the image (network)",
         idle: |s| s.flow.is_none().then_some("the scene has no [flow]"),
     },
     Stage {
         name: "encode",
         makes: Artifact::Video,
         needs: &[Artifact::Frames, Artifact::Flow],
-        what: "encode the video",
+        what: |_| "encode the video",
         idle: always,
     },
 ];
@@ -186,7 +189,7 @@ impl Plan {
                 if skipped.is_none() {
                     wanted.extend(stage.needs);
                 }
-                Planned { name: stage.name, what: stage.what, skipped }
+                Planned { name: stage.name, what: (stage.what)(scene), skipped }
             })
             .collect();
         stages.reverse();

@@ -1,9 +1,11 @@
 //! What is simulated, ready for the solvers: particles, bodies, fields, obstacles, grid. The solvers meet here and
 //! never import each other. Knows nothing of files or of Vulkan.
 
+use bytemuck::Zeroable;
 use physvideo_gpu::kernels;
 use physvideo_gpu::kernels::family::field;
 
+use crate::fluid::{self, Fluid};
 use crate::scene::{Collider, Field, FieldRegion, Material, Object};
 
 /// Everything a run simulates.
@@ -25,7 +27,12 @@ pub struct World {
     pub courant: f32,
     /// A fixed substep [s].
     pub force_dt: Option<f32>,
+    /// Settings of fluids that SPH simulates.
+    pub fluid: Fluid,
 }
+
+/// Fields, and obstacles, that fit in one scene.
+const MOST: usize = 16;
 
 impl World {
     /// Longest step that the explicit drag of winds and damping stands [s], 0 without: half of what makes the strongest
@@ -46,8 +53,41 @@ impl World {
         speeds.fold((f32::MAX, 0.0), |(low, high), c| (low.min(c), high.max(c)))
     }
 
+    /// Whether its bodies are fluids of SPH.
+    pub fn is_fluid(&self) -> bool {
+        self.bodies.iter().any(|b| matches!(b.material, Material::Sph { .. }))
+    }
+
+    /// Side of the cells that particles are sorted into [m].
+    pub fn cell(&self) -> f32 {
+        if self.is_fluid() { 2.0 * self.fluid.particle_size } else { self.dx }
+    }
+
+    /// Gravity and fields as the kernels see them.
+    pub fn forces(&self) -> kernels::Forces {
+        let mut forces = kernels::Forces::zeroed();
+        forces.count = self.fields.len().min(MOST) as u32;
+        for (slot, field) in forces.d.iter_mut().zip(&self.fields) {
+            *slot = *field;
+        }
+        forces
+    }
+
+    /// The obstacles as the kernels see them.
+    pub fn obstacles(&self) -> kernels::Colliders {
+        let mut colliders = kernels::Colliders::zeroed();
+        colliders.count = self.colliders.len().min(MOST) as u32;
+        for (slot, collider) in colliders.d.iter_mut().zip(&self.colliders) {
+            *slot = *collider;
+        }
+        colliders
+    }
+
     /// Substep at the start, when nothing moves faster than the waves [s].
     pub fn step(&self) -> f32 {
+        if self.is_fluid() {
+            return self.force_dt.unwrap_or_else(|| fluid::step(self));
+        }
         let waves = self.courant * self.dx / self.wave_speeds().1;
         let longest = self.longest_step();
         self.force_dt.unwrap_or(if longest > 0.0 { waves.min(longest) } else { waves })

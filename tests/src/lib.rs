@@ -5,6 +5,7 @@ pub mod demo;
 pub mod device;
 pub mod flow;
 pub mod folder;
+pub mod liquid;
 pub mod plot;
 pub mod probe;
 pub mod problems;

@@ -165,11 +165,37 @@ const LATENT: [(&str, &str, &str, &str); 30] = [
     ("latent/mask_pool", "latent/mask_pool", "f32(covered > 0u)", "f32(covered == seen)"),
 ];
 
+/// The same for liquids.
+const SPH: [(&str, &str, &str, &str); 20] = [
+    ("sph/pack", "sph/pack", "< p);", "<= p);"),
+    ("sph/pack", "sph/pack", "texel(was, 6u * p + 5u)", "texel(was, 6u * p + 4u)"),
+    ("sph/search", "lib/sph_kernel", "0.25 * a * a * a - b * b * b", "0.25 * a * a * a - 0.999 * b * b * b"),
+    ("sph/search", "sph/search", "(cell.x & 3) == 0", "(cell.x & 3) == 1"),
+    ("sph/search", "sph/search", "min(total - at, 32u)", "min(total - at, 31u)"),
+    ("sph/search", "sph/search", "g * g / other.w", "g * g"),
+    ("sph/surround", "lib/wall", "m.slope * free + slope * m.free", "m.slope + slope"),
+    ("sph/surround", "lib/wall", "min(across, 0.0)", "across"),
+    ("sph/surround", "lib/sph_kernel", "b4 * (0.5 - 0.4 * b)", "b4 * (0.5 - 0.39 * b)"),
+    ("sph/surround", "sph/surround", "(s3 * s3 * fill - 1.0", "(s3 * s3 - 1.0"),
+    ("sph/force", "lib/sph_kernel", "1.0200698", "1.0201698"),
+    ("sph/force", "sph/force", "(here.w + there.w)", "2.0 * here.w"),
+    ("sph/force", "sph/force", "g * other.w", "g * flow.w"),
+    ("sph/source", "sph/source", "own.fill < SPRAY", "false"),
+    ("sph/press", "lib/sph", "pressure * own.wall", "2.0 * pressure * own.wall"),
+    ("sph/relax", "sph/relax", "turn / (turn + 3.0)", "turn / (turn + 2.0)"),
+    ("sph/relax", "sph/relax", "a - texel(pushes, j).xyz", "a + texel(pushes, j).xyz"),
+    ("sph/judge", "sph/judge", "solve.iterations >= rule.least && ", ""),
+    ("sph/advance", "sph/advance", "min(1.0, most", "min(2.0, most"),
+    ("sph/advance", "sph/advance", "h_of() / dt", "0.9 * h_of() / dt"),
+];
+
 #[test]
 fn every_mistake_is_caught() {
     let copy = tempfile::tempdir().unwrap();
     let mut missed = Vec::new();
-    for (kernel, file, from, to) in MUTANTS.into_iter().chain(EFFECTS).chain(LAGRANGIAN).chain(LATENT).chain(POINTS) {
+    for (kernel, file, from, to) in
+        MUTANTS.into_iter().chain(EFFECTS).chain(LAGRANGIAN).chain(LATENT).chain(POINTS).chain(SPH)
+    {
         folder::copy_kernels(copy.path());
         folder::edit(copy.path(), file, from, to);
         let gpu = device::open(Options { wgsl: Some(copy.path().into()), validation: false, ..device::options() });

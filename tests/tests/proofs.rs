@@ -112,7 +112,7 @@ fn a_case_can_be_timed() {
 fn workgroup_memory_starts_at_zero_either_way() {
     let without = vec![Feature::ZeroedWorkgroup];
     let gpu = device::open(Options { without, ..device::options() });
-    for name in ["cells/range", "mpm/g2p", "mpm/grid", "mpm/grid_rows", "mpm/p2g_fixed"] {
+    for name in ["cells/range", "mpm/g2p", "mpm/grid", "mpm/grid_rows", "mpm/p2g_fixed", "sph/advance", "sph/relax"] {
         let case = find(name).unwrap();
         for seed in 0..2 {
             prove(&gpu, case, Ask { items: 1000, seed, poison: false }).unwrap();

@@ -133,6 +133,7 @@ mod tests {
             dx: 1.0,
             courant: 0.75,
             force_dt: None,
+            fluid: Default::default(),
         }
     }
 

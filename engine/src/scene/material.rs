@@ -114,6 +114,13 @@ pub enum Material {
         #[schemars(range(min = 0.0))]
         viscosity: f32,
     },
+    /// Liquid of SPH, without a grid. A scene has none or only such.
+    Sph {
+        /// Kinematic viscosity [m²/s] (paper: 5e-3).
+        #[serde(default = "kinematic")]
+        #[schemars(range(min = 0.0))]
+        viscosity: f32,
+    },
 }
 
 /// A material as the kernels know it.
@@ -169,6 +176,10 @@ impl Material {
                 own: [exponent, viscosity, 0.0, 0.0],
                 viscosity,
             },
+            // Its solver asks for nothing but the viscosity [m²/s].
+            Material::Sph { viscosity } => {
+                Law { material: 0, mu: viscosity, lambda: 0.0, own: [0.0; 4], viscosity: 0.0 }
+            }
         }
     }
 
@@ -182,6 +193,7 @@ impl Material {
             Material::Foam { .. } => "foam",
             Material::Sand { .. } => "sand",
             Material::Liquid { .. } => "liquid",
+            Material::Sph { .. } => "sph",
         }
     }
 
@@ -229,6 +241,9 @@ fn sand_poisson() -> f32 {
 }
 fn sand_friction() -> f32 {
     0.6
+}
+fn kinematic() -> f32 {
+    5e-3
 }
 fn bulk() -> f32 {
     2e5

@@ -160,6 +160,11 @@ pub struct Simulation {
     /// Particles per cell; 8 is a 2×2×2 lattice.
     #[schemars(range(min = 1))]
     pub particles_per_cell: u32,
+    /// Spacing of the particles of liquids [m] (paper: 0.013).
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub particle_size: f32,
+    /// How liquids find their pressure.
+    pub pressure: Pressure,
     /// Courant number of the elastic wave limit, 0 < C ≤ 1.
     #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
     pub courant: f32,
@@ -187,6 +192,8 @@ impl Default for Simulation {
         Self {
             grid_density: 128.0,
             particles_per_cell: 8,
+            particle_size: 0.013,
+            pressure: Pressure::default(),
             courant: 0.75,
             error_budget: None,
             force_dt: None,
@@ -209,6 +216,17 @@ pub enum Elastic {
     TotalLagrangian,
     /// By MPM, on one grid with all other bodies.
     UpdatedLagrangian,
+}
+
+/// How SPH finds the pressure of a liquid.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Pressure {
+    /// By an equation of state: weakly compressible, short steps.
+    Wcsph,
+    /// Solved for: nearly incompressible, long steps (Bender & Koschier 2015).
+    #[default]
+    Dfsph,
 }
 
 /// An axis-aligned box [m].

@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::errors::{Kind, Problem};
 use super::structure::{nearest, suggest};
 use super::{
-    Domain, Emitter, Field, FieldRegion, Force, Object, Pool, Recycle, Region, Scene, Shape, Source, Thickness,
+    Domain, Emitter, Field, FieldRegion, Force, Material, Object, Pool, Recycle, Region, Scene, Shape, Source,
+    Thickness,
 };
 use crate::flow::SdeRule;
 
@@ -14,6 +15,7 @@ pub(super) fn check(scene: &Scene) -> Vec<Problem> {
     let mut rules = Rules { scene, found: Vec::new() };
     rules.views();
     rules.names();
+    rules.solvers();
     rules.flow();
     for (index, object) in scene.objects.iter().enumerate() {
         rules.object(&format!("object[{index}]"), object);
@@ -108,6 +110,22 @@ impl Rules<'_> {
                 let help = "each label of the label image is one object";
                 self.report(Kind::Duplicate, format!("object[{index}].source.mask.label"), message, help);
             }
+        }
+    }
+
+    /// Liquids of SPH and the bodies of other solvers do not feel each other yet.
+    fn solvers(&mut self) {
+        let fluid = |o: &&Object| matches!(o.material, Some(Material::Sph { .. }));
+        let simulated = || self.scene.objects.iter().filter(|o| o.material.is_some());
+        let Some(first) = simulated().next() else { return };
+        let other = |o: &Object| o.material.is_some() && fluid(&o) != fluid(&first);
+        if let Some((index, second)) = self.scene.objects.iter().enumerate().find(|(_, o)| other(o)) {
+            let message = format!(
+                "`{}` and `{}`, a liquid of SPH and a body of another solver, do not feel each other yet",
+                first.name, second.name
+            );
+            let help = "give all objects `sph`, or none, or remove the material of those that stand still";
+            self.report(Kind::Conflict, format!("object[{index}].material"), message, help);
         }
     }
 

@@ -9,4 +9,5 @@ pub mod mpm;
 pub mod render;
 pub mod solver;
 pub mod source;
+pub mod sph;
 pub mod view;

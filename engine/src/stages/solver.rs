@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use physvideo_gpu::kernels::{Deformation, Particle};
+use physvideo_gpu::kernels::{Deformation, Particle, Sums};
 use physvideo_gpu::{Buf, GpuError};
 
 /// What happened in a frame.
@@ -31,6 +31,10 @@ pub struct FrameStats {
     pub recycled: u32,
     /// Attempts at the frame that were taken back and repeated with smaller steps.
     pub rejected: u32,
+    /// Iterations of the pressure solves, where there are any.
+    pub iterations: u32,
+    /// Pressure solves that ended with more error than they may have.
+    pub unsolved: u32,
     /// The frame was given up as [`Solver::stop_when`] asked; nothing has moved.
     pub stopped: bool,
 }
@@ -54,6 +58,26 @@ pub struct Measure {
     pub quarantined: u32,
     /// Largest speed [m/s].
     pub speed: f64,
+}
+
+impl Measure {
+    /// The total of partial sums, added in f64.
+    pub fn of(sums: &[Sums]) -> Self {
+        let mut out = Self::default();
+        for s in sums {
+            for a in 0..3 {
+                out.momentum[a] += f64::from(s.momentum[a]);
+                out.spin[a] += f64::from(s.spin[a]);
+            }
+            out.mass += f64::from(s.momentum[3]);
+            out.kinetic += f64::from(s.spin[3]);
+            out.elastic += f64::from(s.elastic);
+            out.height += f64::from(s.height);
+            out.quarantined += s.lost as u32;
+            out.speed = out.speed.max(f64::from(s.speed));
+        }
+        out
+    }
 }
 
 /// A solver over one world: its bodies in the order of the world's, their particles body after body.

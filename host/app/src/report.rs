@@ -150,6 +150,8 @@ pub struct Clamps {
     pub strain: u64,
     /// Particle updates whose compression was refused.
     pub volume: u64,
+    /// Pressure solves of liquids that ended with more error than they may have.
+    pub unsolved: u64,
     /// Attempts at a frame that were taken back and repeated with smaller steps.
     pub rejected: u64,
     /// Particles taken out: not finite, or outside the grid.
@@ -226,6 +228,7 @@ impl Report {
         self.clamps.velocity += u64::from(stats.clamped_velocity);
         self.clamps.strain += u64::from(stats.clamped_strain);
         self.clamps.volume += u64::from(stats.clamped_volume);
+        self.clamps.unsolved += u64::from(stats.unsolved);
         self.clamps.rejected += u64::from(stats.rejected);
         self.clamps.quarantined += u64::from(stats.quarantined);
         self.recycled += u64::from(stats.recycled);
@@ -255,9 +258,10 @@ impl Report {
         let c = self.clamps;
         for (count, what) in [
             (c.quarantined, "particles were taken out: they left the grid's domain or were no longer finite"),
-            (c.velocity, "grid nodes were slowed down to one cell a substep"),
+            (c.velocity, "grid nodes or particles were slowed down to one cell or spacing a substep"),
             (c.strain, "particle updates were limited to a stretch of one half in a substep"),
-            (c.volume, "particle updates were kept from compressing below a twentieth of the volume"),
+            (c.volume, "particle updates were kept from compressing further, or left out neighbours beyond 64"),
+            (c.unsolved, "pressure solves ended with more than the error they may have"),
             (c.rejected, "attempts at a frame were taken back and repeated with shorter steps"),
         ] {
             if count > 0 {

@@ -1,6 +1,8 @@
 //! Problems with a known answer, run with any method, resolution and step: small as tests, swept by `physvideo-bench wp`.
 //! A problem knows the solvers' public interface, and neither tests nor diagrams.
 
+pub mod sph;
+
 use physvideo_gpu::Gpu;
 
 pub mod bar;
@@ -64,7 +66,7 @@ pub struct Problem {
 
 /// Every problem.
 pub fn all() -> Vec<&'static Problem> {
-    static GROUPS: [&[Problem]; 2] = [&elastic::PROBLEMS, &[sand::COLUMN, liquid::TANK, liquid::DAM]];
+    static GROUPS: [&[Problem]; 3] = [&elastic::PROBLEMS, &sph::PROBLEMS, &[sand::COLUMN, liquid::TANK, liquid::DAM]];
     GROUPS.iter().flat_map(|g| g.iter()).collect()
 }
 

@@ -100,6 +100,7 @@ pub fn world(bodies: Vec<Body>, dx: f64, low: [f64; 3], high: [f64; 3]) -> World
         dx: dx as f32,
         courant: 0.75,
         force_dt: None,
+        fluid: Default::default(),
     }
 }
 

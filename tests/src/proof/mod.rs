@@ -12,6 +12,7 @@ pub mod lattice;
 pub mod mpm;
 pub mod points;
 pub mod source;
+pub mod sph;
 
 pub use call::{Buffers, Call};
 pub use compare::{Compared, Report};
@@ -59,6 +60,15 @@ pub static CASES: &[&Case] = &[
     &points::uncover::CASE,
     &points::unproject::CASE,
     &source::recycle::CASE,
+    &sph::advance::CASE,
+    &sph::force::CASE,
+    &sph::judge::CASE,
+    &sph::pack::CASE,
+    &sph::press::CASE,
+    &sph::relax::CASE,
+    &sph::search::CASE,
+    &sph::source::CASE,
+    &sph::surround::CASE,
 ];
 
 /// What is needed to prove and to time a kernel.

@@ -49,6 +49,7 @@ pub fn world(bodies: Vec<Body>, dx: f64) -> World {
         dx: dx as f32,
         courant: 0.75,
         force_dt: None,
+        fluid: Default::default(),
     }
 }
 

@@ -10,7 +10,6 @@ mod start;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use bytemuck::Zeroable;
 use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Extent, Forces, Particle, Sums, mpm};
 use physvideo_gpu::{Buf, Constants, DeviceKind, Feature, Gpu, GpuError, Groups, Prepared, Recording};
 
@@ -99,8 +98,6 @@ pub struct Mpm<'gpu> {
 
 /// Byte offset of the workgroup counts of the runs in `Clock`.
 const RUN_GROUPS: u64 = std::mem::offset_of!(Clock, runs) as u64;
-/// Fields, and obstacles, that fit in one scene.
-const MOST: usize = 16;
 
 impl<'gpu> Mpm<'gpu> {
     /// Uploads a world.
@@ -119,16 +116,7 @@ impl<'gpu> Mpm<'gpu> {
         }
         let grid = cells::grid(world.domain, world.dx);
         let room = room(world, &grid);
-        let mut forces = Forces::zeroed();
-        forces.count = world.fields.len().min(MOST) as u32;
-        for (slot, field) in forces.d.iter_mut().zip(&world.fields) {
-            *slot = *field;
-        }
-        let mut colliders = Colliders::zeroed();
-        colliders.count = world.colliders.len().min(MOST) as u32;
-        for (slot, collider) in colliders.d.iter_mut().zip(&world.colliders) {
-            *slot = *collider;
-        }
+        let (forces, colliders) = (world.forces(), world.obstacles());
         let p2g = method.p2g.unwrap_or(match gpu.info.kind {
             DeviceKind::Cpu => P2g::Cell,
             _ if !method.deterministic && gpu.has(Feature::FloatAtomic) && gpu.has(Feature::Subgroup) => P2g::Float,
@@ -372,20 +360,7 @@ impl<'gpu> Mpm<'gpu> {
             u64::from(count),
         );
         self.gpu.run(&rec)?;
-        let mut out = Measure::default();
-        for s in self.gpu.read(sums)? {
-            for a in 0..3 {
-                out.momentum[a] += f64::from(s.momentum[a]);
-                out.spin[a] += f64::from(s.spin[a]);
-            }
-            out.mass += f64::from(s.momentum[3]);
-            out.kinetic += f64::from(s.spin[3]);
-            out.elastic += f64::from(s.elastic);
-            out.height += f64::from(s.height);
-            out.quarantined += s.lost as u32;
-            out.speed = out.speed.max(f64::from(s.speed));
-        }
-        Ok(out)
+        Ok(Measure::of(&self.gpu.read(sums)?))
     }
 }
 

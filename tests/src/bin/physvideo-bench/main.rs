@@ -6,11 +6,13 @@ mod lagrangian;
 mod mpm;
 mod points;
 mod skip;
+mod sph;
 mod wp;
 
 use std::collections::BTreeMap;
 
 use clap::{Parser, Subcommand};
+use physvideo::scene::Pressure;
 use physvideo_gpu::{Command, Gpu, Options, Recording};
 use physvideo_tests::proof::{CASES, harness};
 
@@ -77,6 +79,21 @@ enum What {
         #[arg(long, default_value_t = 5)]
         repeats: usize,
     },
+    /// The whole step of SPH on the peers' dam break: particles of 1.3 cm, steps of 4e-4 s, 5e-3 m²/s.
+    Sph {
+        /// `wcsph` or `dfsph`.
+        #[arg(long, default_value = "wcsph", value_parser = pressure)]
+        pressure: Pressure,
+        /// Particles; the cube nearest to this is taken.
+        #[arg(long, default_value_t = 50_000)]
+        n: usize,
+        /// Steps in a counted frame.
+        #[arg(long, default_value_t = 50)]
+        steps: u32,
+        /// Counted frames.
+        #[arg(long, default_value_t = 5)]
+        repeats: usize,
+    },
     /// A frame of random points in a cube of 1 m, one pixel each, nearest first, with the peers' camera.
     Points {
         /// Points.
@@ -105,6 +122,14 @@ enum What {
     },
 }
 
+fn pressure(word: &str) -> Result<Pressure, String> {
+    match word {
+        "wcsph" => Ok(Pressure::Wcsph),
+        "dfsph" => Ok(Pressure::Dfsph),
+        other => Err(format!("`{other}` is neither wcsph nor dfsph")),
+    }
+}
+
 fn main() {
     let arguments = Arguments::parse();
     if let Err(message) = run(&arguments) {
@@ -124,6 +149,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
             mpm::bench(&gpu, material, edge, spacing, substeps, repeats, all)
         }
         What::Elastic { edge, substeps, repeats } => lagrangian::bench(&gpu, edge, substeps, repeats),
+        What::Sph { pressure, n, steps, repeats } => sph::bench(&gpu, pressure, n, steps, repeats),
         What::Points { points, width, height, repeats } => points::bench(&gpu, points, [width, height], repeats),
         What::Skip { repeats } => skip::bench(&gpu, repeats),
         What::Wp { ref problem } => wp::bench(&gpu, problem),

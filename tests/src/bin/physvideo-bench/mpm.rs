@@ -76,6 +76,7 @@ pub fn cube(stuff: Stuff, edge: usize, spacing: f32) -> World {
         dx: 1.0 / 128.0,
         courant: 0.75,
         force_dt: Some(1e-4),
+        fluid: Default::default(),
     }
 }
 

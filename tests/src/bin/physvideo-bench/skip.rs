@@ -49,6 +49,7 @@ fn cubes(moving: usize, wide: bool) -> World {
         dx: 1.0 / 128.0,
         courant: 0.75,
         force_dt: Some(1e-4),
+        fluid: Default::default(),
     }
 }
 

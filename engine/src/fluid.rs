@@ -1,0 +1,70 @@
+//! What SPH needs of a world: its particles' size, how pressure is found, and the limits of a step. Knows no device.
+
+use crate::scene::{Material, Pressure};
+use crate::world::World;
+
+/// Settings of the fluids of a world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fluid {
+    /// Spacing of the particles, and their smoothing length h [m]; the kernels reach 2 h.
+    pub particle_size: f32,
+    /// How pressure is found.
+    pub pressure: Pressure,
+    /// Mean excess of density that ends a density solve of DFSPH (0.01 % by default).
+    pub density_error: f32,
+    /// The same for the divergence solve: growth of density in a step (0.1 %).
+    pub divergence_error: f32,
+}
+
+impl Default for Fluid {
+    fn default() -> Self {
+        Self { particle_size: 0.013, pressure: Pressure::default(), density_error: 1e-4, divergence_error: 1e-3 }
+    }
+}
+
+/// Speed of sound of a weakly compressible fluid: sqrt(7 k/ρ) with the paper's k = 5e4 Pa at 1000 kg/m³ [m/s].
+pub const SOUND: f32 = 18.708_287;
+
+/// What bounds a step: Courant's number over `speed` + the fastest particle, and the longest step whatever they say [s].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// dt ≤ courant · h / (speed + V).
+    pub courant: f32,
+    /// [m/s]
+    pub speed: f32,
+    /// [s]
+    pub longest: f32,
+}
+
+/// The limits of Monaghan (1992) and Morris (1997): 0.25 h/(c + V), or without sound 0.4 h/V; 0.125 h²/ν;
+/// 0.125 sqrt(h/g). A scene's Courant number scales the first; 0.75, the default, stands for 0.25 and 0.4.
+pub fn limits(world: &World) -> Limits {
+    let h = world.fluid.particle_size;
+    let scale = world.courant / 0.75;
+    let gravity = world.gravity.iter().map(|g| g * g).sum::<f32>().sqrt();
+    let (courant, speed) = match world.fluid.pressure {
+        Pressure::Wcsph => (0.25 * scale, SOUND),
+        Pressure::Dfsph => (0.4 * scale, 0.0),
+    };
+    let mut longest = if gravity > 0.0 { 0.125 * scale * (h / gravity).sqrt() } else { f32::MAX };
+    for body in &world.bodies {
+        if let Material::Sph { viscosity } = body.material
+            && viscosity > 0.0
+        {
+            longest = longest.min(0.125 * h * h / viscosity);
+        }
+    }
+    let wind = world.longest_step();
+    if wind > 0.0 {
+        longest = longest.min(wind);
+    }
+    Limits { courant, speed, longest }
+}
+
+/// Step at the start [s].
+pub fn step(world: &World) -> f32 {
+    let l = limits(world);
+    let start = world.bodies.iter().flat_map(|b| &b.velocities);
+    let fastest = start.map(|v| v.iter().map(|c| c * c).sum::<f32>()).fold(0.0, f32::max).sqrt();
+    l.longest.min(l.courant * world.fluid.particle_size / (l.speed + fastest))
+}

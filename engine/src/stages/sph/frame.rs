@@ -1,0 +1,104 @@
+//! A frame: batches of steps until the device says that it is done, and the guard behind them.
+
+use std::sync::atomic::Ordering;
+
+use physvideo_gpu::kernels::Clock;
+use physvideo_gpu::{GpuError, Recording};
+
+use super::Sph;
+use crate::stages::cells::Cells;
+use crate::stages::solver::FrameStats;
+
+/// Attempts at a frame that are taken back.
+const MOST_REJECTED: u32 = 3;
+/// What the Courant number is multiplied by then.
+const SMALLER: f32 = 0.5;
+
+impl Sph<'_> {
+    fn stopped(&self) -> bool {
+        self.stop.as_ref().is_some_and(|asked| asked.load(Ordering::Relaxed))
+    }
+
+    /// Runs batches until the device says that `length` seconds have passed, or gives the attempt up.
+    fn attempt(&mut self, length: f32, watch: bool) -> Result<Clock, GpuError> {
+        self.begin(length, watch)?;
+        self.prepare()?;
+        loop {
+            if let Some(batch) = &self.batch {
+                batch.submit()?;
+            }
+            let clock = self.gpu.read(self.clock)?[0];
+            if clock.particle_groups[0] == 0 || self.stopped() {
+                return Ok(clock);
+            }
+        }
+    }
+
+    /// Advances by one frame of `length` seconds.
+    ///
+    /// A frame in which a particle ran away or was lost is taken back and repeated with half the Courant number, which
+    /// the run then keeps; three times a frame at most. Where that does not help, the run returns to its own steps, and
+    /// what happens is counted.
+    ///
+    /// # Errors
+    /// The device's refusal.
+    pub fn frame(&mut self, length: f32) -> Result<FrameStats, GpuError> {
+        let mut stats = FrameStats::default();
+        if self.count == 0 {
+            self.time += f64::from(length);
+            return Ok(stats);
+        }
+        let mut save = Recording::new("save");
+        save.copy(self.particles, self.saved);
+        self.gpu.run(&save)?;
+        let mut back = Recording::new("back");
+        back.copy(self.saved, self.particles);
+        let began = self.courant;
+        loop {
+            let watch = self.guarded && stats.rejected < MOST_REJECTED;
+            let clock = self.attempt(length, watch)?;
+            stats.substeps += clock.substeps;
+            if clock.particle_groups[0] > 0 {
+                self.gpu.run(&back)?;
+                stats.stopped = true;
+                return Ok(stats);
+            }
+            if self.gpu.read(self.cells.live)?[0].overflow > 0 {
+                self.gpu.run(&back)?;
+                self.make_room()?;
+                continue;
+            }
+            let bad = clock.clamped_velocity + clock.quarantined > 0;
+            if bad && watch {
+                self.gpu.run(&back)?;
+                stats.rejected += 1;
+                self.courant *= SMALLER;
+                continue;
+            }
+            if bad && self.guarded {
+                (self.guarded, self.courant) = (false, began);
+            }
+            let solve = self.gpu.read(self.solve)?[0];
+            self.speed = f32::from_bits(clock.speed_bits);
+            stats.dt = (clock.dt_min, clock.dt_max);
+            stats.clamped_velocity = clock.clamped_velocity;
+            stats.clamped_volume = clock.clamped_volume;
+            stats.quarantined = clock.quarantined;
+            stats.iterations = solve.all;
+            stats.unsolved = solve.unsolved;
+            self.time += f64::from(length);
+            return Ok(stats);
+        }
+    }
+
+    /// Doubles the number of blocks there is room for.
+    fn make_room(&mut self) -> Result<(), GpuError> {
+        let grid = self.cells.grid;
+        let dense: u64 = grid.blocks.iter().map(|b| u64::from(*b)).product();
+        let slots = (2 * u64::from(grid.capacity)).min(dense) as u32;
+        self.batch = None;
+        self.gpu.free_arena("grid");
+        self.cells = Cells::new(self.gpu, grid, u64::from(self.count), slots, self.count.max(1))?;
+        Ok(())
+    }
+}

@@ -1,0 +1,62 @@
+//! What the solver starts with: room for blocks, the members of families in use, the particles.
+
+use bytemuck::Zeroable;
+use physvideo_gpu::Constants;
+use physvideo_gpu::kernels::{self, Deformation, Particle};
+
+use crate::scene::Pressure;
+use crate::stages::cells;
+use crate::world::World;
+
+/// Neighbours a particle has room for (`NEIGHBOURS` in WGSL).
+pub(super) const NEIGHBOURS: u64 = 64;
+/// Flag of a particle that is held (`PINNED` in WGSL).
+const PINNED: u32 = 0x4000_0000;
+
+/// Blocks there is room for: as many more as are touched at the start, neighbours included; never more than there are.
+pub(super) fn slots(world: &World, grid: &kernels::Grid) -> u32 {
+    let positions = world.bodies.iter().flat_map(|b| b.positions.iter().copied());
+    let dense: u64 = grid.blocks.iter().map(|b| u64::from(*b)).product();
+    (8 * cells::touched(grid, positions).0 + 64).min(dense) as u32
+}
+
+/// Overrides: the members of each family that this world uses, and the method.
+pub(super) fn constants(world: &World) -> Constants {
+    let solved = f64::from(u8::from(world.fluid.pressure == Pressure::Dfsph));
+    kernels::MEMBERS.iter().fold(Constants::none().with("INCOMPRESSIBLE", solved), |all, member| {
+        let used = match member.family {
+            "material" => false,
+            "field" => world.fields.iter().any(|f| f.kind == member.kind),
+            _ => world.colliders.iter().any(|c| c.shape == member.kind),
+        };
+        all.with(member.flag, f64::from(u8::from(used)))
+    })
+}
+
+/// Largest speed at the start [m/s].
+pub(super) fn fastest(world: &World) -> f32 {
+    let speeds = world.bodies.iter().flat_map(|b| &b.velocities).map(|v| v.iter().map(|c| c * c).sum::<f32>());
+    speeds.fold(0.0, f32::max).sqrt()
+}
+
+pub(super) fn initial_state(world: &World) -> (Vec<Particle>, Vec<Deformation>) {
+    // Every particle has the volume h³: that is what number densities stand on.
+    let volume = world.fluid.particle_size.powi(3);
+    let mut particles = Vec::new();
+    for (tag, body) in world.bodies.iter().enumerate() {
+        for (i, x) in body.positions.iter().enumerate() {
+            let pinned = body.pinned.get(i) == Some(&true);
+            let mut p = Particle::zeroed();
+            p.x = *x;
+            p.v = if pinned { [0.0; 3] } else { body.velocities.get(i).copied().unwrap_or_default() };
+            p.m = body.density * volume;
+            p.tag = tag as u32 | if pinned { PINNED } else { 0 };
+            particles.push(p);
+        }
+    }
+    let mut rest = Deformation::zeroed();
+    (rest.f0[0], rest.f1[1], rest.f2[2]) = (1.0, 1.0, 1.0);
+    rest.f0[3] = volume;
+    let deformations = vec![rest; particles.len()];
+    (particles, deformations)
+}

@@ -1,0 +1,55 @@
+// The cubic spline (Monaghan 1992) for particles whose volume at rest is h³: smoothing length h, support 2 h. Lengths
+// here are in h, and every weight is multiplied by that volume, so that none has a unit.
+
+// 1/π, but for a part in 4e4: a regular lattice sums to exactly 1.
+const SPLINE: f32 = 0.31831852;
+// Σ r ∂W/∂r / 3 over a regular lattice: by how much its gradient of a linear field is too steep (1 as h/spacing grows).
+const STEEP: f32 = 1.0200698;
+
+// V W(q).
+fn spline(q: f32) -> f32 {
+    let a = max(2.0 - q, 0.0);
+    let b = max(1.0 - q, 0.0);
+    return SPLINE * (0.25 * a * a * a - b * b * b);
+}
+
+// h V ∂W/∂r (q), not positive.
+fn spline_slope(q: f32) -> f32 {
+    let a = max(2.0 - q, 0.0);
+    let b = max(1.0 - q, 0.0);
+    return SPLINE * (3.0 * b * b - 0.75 * a * a);
+}
+
+// A plane's share of the kernel's integral: ∫ V W over the plane at distance z, 0 ≤ z. Σ over planes one h apart is 1.
+fn layer(z: f32) -> f32 {
+    let a = max(2.0 - z, 0.0);
+    let b = max(1.0 - z, 0.0);
+    let a4 = a * a * a * a;
+    let b4 = b * b * b * b;
+    return a4 * (0.25 - 0.1 * a) - b4 * (0.5 - 0.4 * b);
+}
+
+// Derivative of `layer` by z, for z ≥ 0.
+fn layer_slope(z: f32) -> f32 {
+    return -6.2831853 * z * spline(z);
+}
+
+// What the fluid's mirror image in a plane surface adds to the fill of a point at distance d (in h) before it: layers
+// one h apart, of which the first is the point's own. At h/2, where a regular filling begins, the filling just goes on.
+// Behind the surface it goes on growing, so that what got there is pushed out.
+fn mirrored(d: f32) -> f32 {
+    let z = 2.0 * max(d, 0.0);
+    return layer(z) + layer(z + 1.0) + min(d, 0.0) * mirrored_slope(0.0);
+}
+
+// Its derivative by d, in 1/h.
+fn mirrored_slope(d: f32) -> f32 {
+    let z = 2.0 * max(d, 0.0);
+    return 2.0 * (layer_slope(z) + layer_slope(z + 1.0));
+}
+
+// Σ of the layers' slopes, each times its distance.
+fn mirrored_moment(d: f32) -> f32 {
+    let z = 2.0 * max(d, 0.0);
+    return z * layer_slope(z) + (z + 1.0) * layer_slope(z + 1.0);
+}

@@ -1,0 +1,68 @@
+//! use lib/sph
+// The end of a step: friction at walls, the speed limit, new places, all written back to the particles by their numbers.
+// One lane a particle.
+//! texels points: vec4f
+//! texels flows: vec4f
+//! texels locals: Local
+//! texels numbers: u32
+//! texels stirs: u32
+
+struct Vectors { d: array<vec4f> }
+@group(0) @binding(0) var points: texture_1d<u32>;
+@group(0) @binding(1) var flows: texture_1d<u32>;
+@group(0) @binding(2) var locals: texture_1d<u32>;
+@group(0) @binding(3) var numbers: texture_1d<u32>;
+@group(0) @binding(4) var stirs: texture_1d<u32>;   // bits of what the divergence solve found [Pa]
+@group(0) @binding(5) var<storage, read> live: Counts;
+@group(0) @binding(6) var<storage, read_write> clock: Clock;
+@group(0) @binding(7) var<storage, read_write> particles: Vectors;     // six a particle
+var<immediate> grid: Grid;
+
+var<workgroup> fastest: atomic<u32>;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let dt = clock.dt;
+    let sound = clock.wave_speed;
+    let placed = live.cursor;
+    if (id.x < placed) { step(id.x, dt); }
+    workgroupBarrier();
+    if (lane == 0u) {
+        // What is heard at the speed of sound is carried along.
+        let most = bitcast<f32>(atomicLoad(&fastest)) + sound;
+        atomicMax(&clock.speed_bits, bitcast<u32>(most));
+    }
+}
+
+fn step(i: u32, dt: f32) {
+    let place = texel(points, i);
+    let own = load_local(locals, i);
+    var v = texel(flows, i).xyz;
+    let number = word(numbers, i);
+    let stir = bitcast<f32>(word(stirs, i));
+    let pressure = (place.w + stir) * own.fill * own.fill;
+    let rub = length(own.wall);
+    if (own.friction > 0.0 && rub > 0.0) {
+        // Coulomb: no more than its coefficient times what the wall's pressure gives along the normal.
+        let n = own.wall / rub;
+        let over = v - own.slide;
+        let slip = over - n * dot(over, n);
+        let most = dt * own.friction * (place.w + stir) * rub / own.density;
+        let speed = length(slip);
+        v -= slip * min(1.0, most / max(speed, 1e-20));
+    }
+    // Nothing may cross more than its spacing in a step.
+    let limit = h_of() / dt;
+    let speed = length(v);
+    if (speed > limit) {
+        v *= limit / speed;
+        atomicAdd(&clock.clamped_velocity, 1u);
+    }
+    if ((own.tag & PINNED) != 0u) { v = vec3f(0.0); }
+    let to = 6u * number;
+    particles.d[to] = vec4f(place.xyz + dt * v, bitcast<f32>(own.tag));
+    particles.d[to + 1u] = vec4f(v, own.density * h_of() * h_of() * h_of());
+    // What is left of a particle's six vectors keeps s, the pressure [Pa], and the parts to start from.
+    particles.d[to + 5u] = vec4f(own.fill, pressure, place.w, stir);
+    if (length(v) > 0.0) { atomicMax(&fastest, bitcast<u32>(length(v))); }
+}

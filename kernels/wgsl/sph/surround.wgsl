@@ -1,0 +1,71 @@
+//! use lib/sph lib/wall lib/force
+// What a particle meets besides its neighbours: walls, gravity and fields; in WCSPH its pressure too, by Tait's
+// equation of state p = ρ c²/7 (s⁷ − 1), never negative: a free surface does not pull. One lane a particle.
+//! texels places: vec4f
+//! texels moves: vec4f
+//! texels crowds: Crowd
+//! texels bodies: Body
+//! texels forces: Forces
+//! texels colliders: Colliders
+//! texels warm: vec4f
+
+override INCOMPRESSIBLE: bool = false;
+
+struct Vectors { d: array<vec4f> }
+struct Locals { d: array<Local> }
+@group(0) @binding(0) var places: texture_1d<u32>;
+@group(0) @binding(1) var moves: texture_1d<u32>;
+@group(0) @binding(2) var crowds: texture_1d<u32>;
+@group(0) @binding(3) var bodies: texture_1d<u32>;
+@group(0) @binding(4) var forces: texture_1d<u32>;
+@group(0) @binding(5) var colliders: texture_1d<u32>;
+@group(0) @binding(6) var warm: texture_1d<u32>;
+@group(0) @binding(7) var<storage, read> live: Counts;
+@group(0) @binding(8) var<storage, read> clock: Clock;
+@group(0) @binding(9) var<storage, read_write> points: Vectors;    // x [m], P = p/s² [Pa]
+@group(0) @binding(10) var<storage, read_write> flows: Vectors;    // v [m/s], sqrt(μ/s), μ the viscosity [Pa s]
+@group(0) @binding(11) var<storage, read_write> locals: Locals;
+var<immediate> grid: Grid;
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let placed = live.cursor;
+    let time = clock.frame_start + clock.t;
+    let sound = clock.wave_speed;
+    let field_count = textureLoad(forces, 0u, 0).x;
+    let collider_count = textureLoad(colliders, 0u, 0).x;
+    let h = h_of();
+    let i = id.x;
+    if (i >= placed) { return; }
+    let place = texel(places, i);
+    let motion = texel(moves, i);
+    let crowd = load_crowd(crowds, i);
+    let density = place.w;
+    let tag = bitcast<u32>(motion.w);
+    let body = textureLoad(bodies, 3u * (tag & BODY_MASK), 0);
+    let viscosity = bitcast<f32>(body.z);
+    let gravity = texel(bodies, 3u * (tag & BODY_MASK) + 2u).xyz;
+    let drive = acceleration(body.y, gravity, field_count, place.xyz, motion.xyz, time);
+    var m: Walls;
+    m.free = 1.0;
+    m.loose = 1.0;
+    for (var k = 0u; k < collider_count; k++) { m = meet_collider(m, load_collider(k), place.xyz, time, drive, h); }
+    let fill = crowd.fill + 1.0 - m.free;
+    let share = 1.0 / max(m.weight, 1e-20);
+    let around = crowd.slope;
+    let response = max(dot(around + m.slope, around / STEEP + m.slope), 0.0) / density + crowd.coupling / STEEP;
+    let s3 = fill * fill * fill;
+    let pressure = density * sound * sound / 7.0 * max(s3 * s3 * fill - 1.0, 0.0) / (fill * fill);
+    points.d[i] = vec4f(place.xyz, pressure);
+    // Of s only what shears counts: at a free face or a wall that lets slip, the sums have less to go on.
+    flows.d[i] = vec4f(motion.xyz, sqrt(viscosity * density / (crowd.fill + 1.0 - m.loose)));
+    // Only fluid that is pressed has a pressure that could go on in the wall.
+    var pressed = pressure;
+    if (INCOMPRESSIBLE) {
+        let last = texel(warm, i);
+        pressed = last.z + last.w;
+    }
+    let full = clamp(pressed / max(0.25 * density * h * length(drive), 1e-20), 0.0, 1.0);
+    locals.d[i] = Local(m.slope, m.drift, drive + full * m.lift, fill, m.slide * share, m.friction * share, response,
+        m.drag * viscosity, density, tag);
+}

@@ -1,0 +1,97 @@
+//! The whole step of SPH on the peers' dam break: n³ particles of 1.3 cm in a tank of 3 s × s × 2 s.
+
+use std::time::Instant;
+
+use physvideo::fluid::Fluid;
+use physvideo::scene::{Material, Pressure};
+use physvideo::stages::solver::Solver;
+use physvideo::stages::sph::Sph;
+use physvideo::world::{Body, World};
+use physvideo_gpu::kernels::{Collider, family};
+use physvideo_gpu::{Gpu, Recording};
+
+use crate::stages;
+
+/// Particle size of the peers' scene [m].
+const SIZE: f32 = 1.3e-2;
+/// Step of the peers' scene [s].
+const STEP: f32 = 4e-4;
+
+fn dam(side: usize, pressure: Pressure) -> World {
+    let s = side as f32 * SIZE;
+    let positions: Vec<[f32; 3]> = (0..side.pow(3))
+        .map(|i| [i % side, i / side % side, i / (side * side)].map(|c| (c as f32 + 0.5) * SIZE))
+        .collect();
+    let body = Body {
+        name: "water".into(),
+        material: Material::Sph { viscosity: 5e-3 },
+        density: 1000.0,
+        velocities: vec![[0.0; 3]; positions.len()],
+        pinned: vec![],
+        prestress: false,
+        particle_volume: SIZE.powi(3),
+        fields: 0,
+        gravity: None,
+        recycle: None,
+        emission: None,
+        positions,
+    };
+    let tank = Collider {
+        shape: family::shape::ROOM,
+        end: 1e9,
+        center: [1.5 * s, 0.5 * s, s, 0.0],
+        size: [1.5 * s, 0.5 * s, s, 0.0],
+        ..Default::default()
+    };
+    World {
+        bodies: vec![body],
+        gravity: [0.0, 0.0, -9.81],
+        fields: vec![],
+        colliders: vec![tank],
+        domain: ([0.0; 3], [3.0 * s, s, 2.0 * s]),
+        dx: 1.0 / 128.0,
+        courant: 0.75,
+        force_dt: Some(STEP),
+        fluid: Fluid { particle_size: SIZE, pressure, ..Default::default() },
+    }
+}
+
+/// Times frames of the breaking dam, and prints each kernel's part.
+pub fn bench(gpu: &Gpu, pressure: Pressure, n: usize, steps: u32, repeats: usize) -> Result<(), String> {
+    let say = |e: physvideo_gpu::GpuError| e.to_string();
+    let world = dam((n as f64).cbrt().round() as usize, pressure);
+    let count = world.bodies[0].positions.len() as f64;
+    let mut sph = Sph::new(gpu, &world).map_err(say)?;
+    let length = steps as f32 * STEP;
+    sph.frame(length).map_err(say)?; // drivers compile at the first dispatch
+    let mut times = Vec::new();
+    let (mut iterations, mut taken, mut clamps) = (0, 0, 0);
+    for _ in 0..repeats.max(1) {
+        let begin = Instant::now();
+        let stats = sph.frame(length).map_err(say)?;
+        times.push(begin.elapsed().as_secs_f64() / f64::from(stats.substeps));
+        iterations += stats.iterations;
+        taken += stats.substeps;
+        clamps += stats.clamped_velocity + stats.quarantined + stats.clamped_volume + stats.unsolved;
+    }
+    times.sort_by(f64::total_cmp);
+    let (best, median) = (times[0], times[times.len() / 2]);
+    let m = sph.measure(0).map_err(say)?;
+    println!(
+        "{pressure:?}: {count} particles, {:.0} ns a particle and step [best {:.0}], {:.1} iterations a step, {clamps} \
+         limits hit; centre of mass at {:.6} m, kinetic energy {:.3} J after {:.3} s",
+        median * 1e9 / count,
+        best * 1e9 / count,
+        f64::from(iterations) / f64::from(taken.max(1)),
+        m.height / m.mass,
+        m.kinetic,
+        sph.time()
+    );
+    let mut step = Recording::new("step");
+    sph.record_step(&mut step);
+    sph.start_clock(STEP * 64.0).map_err(say)?;
+    for (stage, ms) in stages(gpu, step).map_err(say)? {
+        println!("    {stage:<16} {:>8.1} ns a particle", ms * 1e6 / count);
+    }
+    Ok(())
+}

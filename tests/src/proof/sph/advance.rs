@@ -1,0 +1,93 @@
+//! Proof of `sph/advance`: Coulomb's friction, the speed limit h/dt, x + dt v, by the particles' numbers.
+
+use physvideo_gpu::kernels::{Clock, Counts, Local};
+
+use super::{Liquid, h, vec3};
+use crate::proof::cloud::PINNED;
+use crate::proof::{Ask, Buffers, Call, Case, Compared};
+
+pub static CASE: Case = Case {
+    kernel: "sph/advance",
+    inputs,
+    compare,
+    tolerance: 3e-6,
+    reason: "a few products and square roots in f32; relative to the speeds that are taken from each other",
+    unordered: &[],
+    bytes: 100.0 + 52.0,
+    flops: 60.0,
+};
+
+fn inputs(ask: Ask) -> Call {
+    let mut liquid = Liquid::new(ask);
+    let n = ask.items;
+    let pressures = liquid.vectors(|r| [0.0, 0.0, 0.0, r.range(0.0, 5e3)]);
+    let points: Vec<[f32; 4]> = liquid.places.iter().zip(&pressures).map(|(x, p)| [x[0], x[1], x[2], p[3]]).collect();
+    let flows = liquid.vectors(|r| {
+        let most = if r.chance(0.1) { 30.0 } else { 3.0 };
+        let v = r.vector(most);
+        [v[0], v[1], v[2], 1.0]
+    });
+    let mut numbers: Vec<u32> = (0..n as u32).collect();
+    liquid.random.shuffle(&mut numbers);
+    let stirs: Vec<f32> = (0..n).map(|_| liquid.random.range(0.0, 1e3)).collect();
+    let locals = liquid.locals();
+    liquid
+        .call()
+        .with("points", &points)
+        .with("flows", &flows)
+        .with("locals", &locals)
+        .with("numbers", &numbers)
+        .with("stirs", &stirs)
+        .with("particles", &vec![[5.0f32; 4]; 6 * n])
+}
+
+fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
+    let b = &call.buffers;
+    let placed = b.one::<Counts>("live").cursor as usize;
+    let dt = f64::from(b.one::<Clock>("clock").dt);
+    let (points, flows): (Vec<[f32; 4]>, Vec<[f32; 4]>) = (b.get("points"), b.get("flows"));
+    let (locals, numbers): (Vec<Local>, Vec<u32>) = (b.get("locals"), b.get("numbers"));
+    let stirs: Vec<f32> = b.get("stirs");
+    let particles: Vec<[f32; 4]> = out.get("particles");
+    let (mut got, mut want, mut scale) = (Vec::new(), Vec::new(), Vec::new());
+    // Workgroups without particles report the speed of sound alone.
+    let (mut clamped, mut fastest, mut tags) = (0, f64::from(b.one::<Clock>("clock").wave_speed), true);
+    for i in 0..placed {
+        let own = &locals[i];
+        let (mut v, wall) = (vec3(&flows[i]), vec3(&own.wall));
+        let (found, stir) = (f64::from(points[i][3]), f64::from(stirs[i]));
+        let size = v.norm() + vec3(&own.slide).norm();
+        let (density, fill) = (f64::from(own.density), f64::from(own.fill));
+        if own.friction > 0.0 && wall.norm() > 0.0 {
+            let n = wall.normalize();
+            let over = v - vec3(&own.slide);
+            let slip = over - n * over.dot(&n);
+            let most = f64::from(own.friction) * dt * (found + stir) * wall.norm() / density;
+            v -= if slip.norm() > most { slip.normalize() * most } else { slip };
+        }
+        if v.norm() > h() / dt {
+            clamped += 1;
+            v = v.normalize() * (h() / dt);
+        }
+        if own.tag & PINNED != 0 {
+            v *= 0.0;
+        }
+        fastest = fastest.max(v.norm() + f64::from(b.one::<Clock>("clock").wave_speed));
+        let x = vec3(&points[i]) + v * dt;
+        let p = &particles[6 * numbers[i] as usize..][..6];
+        got.extend([p[0], p[1]].iter().flat_map(|r| r[..3].to_vec()).chain(p[5]).map(f64::from));
+        got.push(p[1][3].into());
+        want.extend(x.iter().chain(v.iter()));
+        want.extend([fill, (found + stir) * fill * fill, found, stir, density * h().powi(3)]);
+        scale.extend([0.3, 0.3, 0.3, size, size, size, fill, (found + stir) * fill * fill, found, stir]);
+        scale.push(density * h().powi(3));
+        tags &= p[0][3].to_bits() == own.tag && (2..5).all(|k| p[k] == [5.0; 4]);
+    }
+    let clock: Clock = out.one("clock");
+    vec![
+        Compared::close("particles", got, want, scale),
+        Compared::fact("tags are kept, and what is not theirs", tags),
+        Compared::equal("too fast", &[clock.clamped_velocity], &[clamped]),
+        Compared::near("fastest", vec![f32::from_bits(clock.speed_bits).into()], vec![fastest], fastest + 1e-9),
+    ]
+}

@@ -1,0 +1,85 @@
+//! Proof of `sph/force`: a = drive − 1/ρ (Σ (P_i + P_j) V∇W / steep + P_i ∇wall) + 2 b_i/ρ Σ b_j V W'/r (v_i − v_j) / steep
+//! (Solenthaler & Pajarola 2008; Morris 1997), then the implicit drag of walls that stick.
+
+use physvideo_gpu::kernels::{Clock, Counts, Local};
+
+use super::{Liquid, Vec3, gradient, h, slope, steep, vec3};
+use crate::proof::{Ask, Buffers, Call, Case, Compared};
+
+pub static CASE: Case = Case {
+    kernel: "sph/force",
+    inputs,
+    compare,
+    tolerance: 2e-6,
+    reason: "as the search: distances to 1e-6 h; relative to the sum of the sizes of the terms",
+    unordered: &[],
+    bytes: 33.0 * 36.0 + 64.0 + 48.0,
+    flops: 33.0 * 40.0,
+};
+
+/// Odd seeds leave pressure to the solves.
+fn inputs(ask: Ask) -> Call {
+    let mut liquid = Liquid::new(ask);
+    let pressures = liquid.vectors(|r| [0.0, 0.0, 0.0, if r.chance(0.3) { 0.0 } else { r.range(0.0, 5e3) }]);
+    let points: Vec<[f32; 4]> = liquid.places.iter().zip(&pressures).map(|(x, p)| [x[0], x[1], x[2], p[3]]).collect();
+    let flows = liquid.vectors(|r| {
+        let v = r.vector(2.0);
+        [v[0], v[1], v[2], r.range(0.0, 2.0)]
+    });
+    let locals = liquid.locals();
+    liquid
+        .call()
+        .constant("INCOMPRESSIBLE", (ask.seed % 2) as f64)
+        .with("points", &points)
+        .with("flows", &flows)
+        .with("locals", &locals)
+        .with("flown", &vec![[0.0f32; 4]; ask.items])
+}
+
+/// Acceleration by pressures, and the size of its terms.
+pub(super) fn pressure(call: &Call, i: usize) -> (Vec3, f64) {
+    let (points, locals): (Vec<[f32; 4]>, Vec<Local>) = (call.buffers.get("points"), call.buffers.get("locals"));
+    let of = |j: usize| f64::from(points[j][3]);
+    let (mut sum, mut size) = (vec3(&locals[i].wall) * of(i), 0.0);
+    size += sum.norm();
+    for j in Liquid::near(call, i) {
+        let g = gradient(vec3(&points[i]) - vec3(&points[j])) * ((of(i) + of(j)) / steep());
+        sum += g;
+        size += g.norm() + (of(i) + of(j)) * 0.02 / h();
+    }
+    let density = f64::from(locals[i].density);
+    (-sum / density, size / density)
+}
+
+fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
+    let placed = call.buffers.one::<Counts>("live").cursor as usize;
+    let dt = f64::from(call.buffers.one::<Clock>("clock").dt);
+    let (points, flows): (Vec<[f32; 4]>, Vec<[f32; 4]>) = (call.buffers.get("points"), call.buffers.get("flows"));
+    let locals: Vec<Local> = call.buffers.get("locals");
+    let pressed = call.constants == physvideo_gpu::Constants::none().with("INCOMPRESSIBLE", 0.0);
+    let flown: Vec<[f32; 4]> = out.get("flown");
+    let (mut got, mut want, mut scale) = (Vec::new(), Vec::new(), Vec::new());
+    for i in 0..placed {
+        let (own, v) = (&locals[i], vec3(&flows[i]));
+        let (mut a, mut size) = (vec3(&own.drive), vec3(&own.drive).norm());
+        if pressed {
+            let (p, s) = pressure(call, i);
+            a += p;
+            size += s;
+        }
+        let common = 2.0 * f64::from(flows[i][3]) / (steep() * f64::from(own.density));
+        for j in Liquid::near(call, i) {
+            let r = (vec3(&points[i]) - vec3(&points[j])).norm();
+            let term = (v - vec3(&flows[j])) * (common * f64::from(flows[j][3]) * slope(r / h()) / h() / r);
+            a += term;
+            size += term.norm();
+        }
+        let held = dt * f64::from(own.drag);
+        let next = (v + a * dt + vec3(&own.slide) * held) / (1.0 + held);
+        got.extend(flown[i][..3].iter().map(|c| f64::from(*c)));
+        want.extend(next.iter());
+        scale.extend([v.norm() + dt * size; 3]);
+    }
+    let kept = (0..placed).all(|i| flown[i][3] == flows[i][3]);
+    vec![Compared::close("velocities", got, want, scale), Compared::fact("the fourth goes on", kept)]
+}

@@ -1,0 +1,194 @@
+//! Proof of `sph/surround`: walls as mirror images, gravity and fields, Tait's pressure ρ c²/7 (s⁷ − 1) ≥ 0 over s², the
+//! response A = (max((S + w)·(S/steep + w), 0) + Σ|V∇W|²/steep)/ρ.
+
+use nalgebra::{Rotation3, Unit};
+use physvideo_gpu::kernels::{Body, Clock, Collider, Colliders, Counts, Crowd, Forces, Local, family::shape};
+
+use super::wall::mirrored;
+use super::{Liquid, Vec3, Vectors, h, steep, vec3};
+use crate::proof::mpm::force;
+use crate::proof::mpm::obstacle::obstacles;
+use crate::proof::{Ask, Buffers, Call, Case, Compared};
+
+pub static CASE: Case = Case {
+    kernel: "sph/surround",
+    inputs,
+    compare,
+    tolerance: 3e-5,
+    reason: "distances are known to 1e-7 m, 5e-6 h, and slopes have derivatives up to 4/h²; s⁷ − 1 multiplies what s has \
+             by 7; each relative to the size of its terms",
+    unordered: &[],
+    bytes: 100.0 + 96.0,
+    flops: 400.0,
+};
+
+/// Odd seeds look at the last step's pressures instead of this one's.
+fn inputs(ask: Ask) -> Call {
+    let mut liquid = Liquid::new(ask);
+    // Spread over the space where the obstacles are.
+    for i in 0..liquid.placed {
+        let place = &mut liquid.places[i];
+        let x = [-0.25, 0.15, 0.1].map(f32::from);
+        let r = liquid.random.vector(0.5);
+        (place[0], place[1], place[2]) = (x[0] + 0.5 + r[0] * 0.7, x[1] + 0.2 + r[1] * 0.4, x[2] + 0.15 + r[2] * 0.3);
+        place[0] -= 0.5;
+    }
+    let moves: Vec<[f32; 4]> = liquid.vectors(|r| {
+        let v = r.vector(2.0);
+        [v[0], v[1], v[2], f32::from_bits(r.below(2) as u32)]
+    });
+    let warm = liquid.vectors(|r| [1.0, 1.0, r.range(0.0, 60.0), if r.chance(0.5) { 0.0 } else { r.range(0.0, 60.0) }]);
+    let bodies = [
+        Body { fields: 0b1011, mu: 5e-3, gravity: [0.1, 0.2, -9.81], ..Default::default() },
+        Body { fields: 0b0101, mu: 0.2, gravity: [0.0, -3.0, 0.5], ..Default::default() },
+    ];
+    let n = ask.items;
+    liquid
+        .call()
+        .constant("INCOMPRESSIBLE", (ask.seed % 2) as f64)
+        .with("moves", &moves)
+        .with("warm", &warm)
+        .with("bodies", &bodies)
+        .with("forces", &[force::forces()])
+        .with("colliders", &[obstacles()])
+        .with("points", &vec![[0.0f32; 4]; n])
+        .with("flows", &vec![[0.0f32; 4]; n])
+        .with("locals", &vec![Local::default(); n])
+}
+
+/// A surface near a point: distance in h, outward normal, by how much that normal is unique.
+fn surfaces(c: &Collider, r: Vec3) -> Vec<(f64, Vec3, f64)> {
+    let size = vec3(&c.size);
+    match c.shape {
+        shape::PLANE => vec![(r.dot(&size) / h(), size, 1.0)],
+        shape::BALL => vec![((r.norm() - size[0]) / h(), r.normalize(), 1.0)],
+        shape::BOX => {
+            let q = r.abs() - size;
+            let outside = q.map(|c| c.max(0.0));
+            let sign = r.map(f64::signum);
+            if outside.norm() > 0.0 {
+                return vec![(outside.norm() / h(), outside.component_mul(&sign).normalize(), 1.0)];
+            }
+            vec![face(q, sign)]
+        }
+        shape::ROOM => {
+            let q = r.abs() - size;
+            let sign = r.map(f64::signum);
+            if q.max() > 0.0 {
+                let (d, n, tie) = face(q, sign);
+                return vec![(-d, -n, tie)];
+            }
+            (0..3).map(|a| (-q[a] / h(), -Vec3::ith(a, sign[a]), 1.0)).collect()
+        }
+        _ => vec![],
+    }
+}
+
+fn face(q: Vec3, sign: Vec3) -> (f64, Vec3, f64) {
+    let a = q.imax();
+    let next = (0..3).filter(|i| *i != a).map(|i| q[i]).fold(f64::NEG_INFINITY, f64::max);
+    (q[a] / h(), Vec3::ith(a, sign[a]), (q[a] - next) / h())
+}
+
+fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
+    let b = &call.buffers;
+    let placed = b.one::<Counts>("live").cursor as usize;
+    let clock: Clock = b.one("clock");
+    let (time, sound) = (f64::from(clock.frame_start + clock.t), f64::from(clock.wave_speed));
+    let solved = call.constants == physvideo_gpu::Constants::none().with("INCOMPRESSIBLE", 1.0);
+    let (places, moves, warm): (Vectors, Vectors, Vectors) = (b.get("places"), b.get("moves"), b.get("warm"));
+    let (crowds, bodies): (Vec<Crowd>, Vec<Body>) = (b.get("crowds"), b.get("bodies"));
+    let (forces, colliders): (Forces, Colliders) = (b.one("forces"), b.one("colliders"));
+    let (points, flows): (Vec<[f32; 4]>, Vec<[f32; 4]>) = (out.get("points"), out.get("flows"));
+    let locals: Vec<Local> = out.get("locals");
+    let (mut got, mut want, mut scale) = (Vec::new(), Vec::new(), Vec::new());
+    for i in 0..placed {
+        let (x, v, crowd) = (vec3(&places[i]), vec3(&moves[i]), &crowds[i]);
+        let body = &bodies[moves[i][3].to_bits() as usize];
+        let (density, nu) = (f64::from(places[i][3]), f64::from(body.mu));
+        let (drive, doubtful) = force::acceleration(&forces, body, x, v, time);
+        let (mut free, mut slope, mut drift, mut lift) = (1.0, Vec3::zeros(), 0.0, Vec3::zeros());
+        let (mut loose, mut slide, mut friction, mut weight, mut drag, mut clear) =
+            (1.0, Vec3::zeros(), 0.0, 0.0, 0.0, !doubtful);
+        for c in &colliders.d[..colliders.count as usize] {
+            let (start, end) = (f64::from(c.start), f64::from(c.end));
+            let moved = time.clamp(start, end) - start;
+            let spin = vec3(&c.spin);
+            let turn = Unit::try_new(spin, 0.0)
+                .map_or_else(Rotation3::identity, |axis| Rotation3::from_axis_angle(&axis, spin.norm() * moved));
+            let r = x - (vec3(&c.center) + vec3(&c.velocity) * moved);
+            let running = time >= start && time < end;
+            let speed = if running { vec3(&c.velocity) + spin.cross(&r) } else { Vec3::zeros() };
+            for (d, n, tie) in surfaces(c, turn.inverse() * r) {
+                clear &= d.abs() > 1e-3 && tie > 1e-3 && (d - 1.0).abs() > 1e-3;
+                if d >= 1.0 {
+                    continue;
+                }
+                let n = turn * n;
+                let (share, s, moment) = mirrored(d);
+                let left = (1.0 - share).max(0.0);
+                clear &= (1.0 - share).abs() > 1e-3;
+                let g = n * (s / h());
+                slope = slope * left + g * free;
+                drift = drift * left + speed.dot(&g) * free;
+                let across = drive.dot(&n);
+                lift = lift * left + (n * (across.min(0.0) * moment) - (drive - n * across) * share) * free;
+                free *= left;
+                slide += speed * g.norm();
+                weight += g.norm();
+                if c.sticky == 1 {
+                    loose *= left;
+                    drag -= nu * s / (d.max(0.1) * h() * h());
+                } else {
+                    friction += f64::from(c.friction) * g.norm();
+                }
+            }
+        }
+        let fill = f64::from(crowd.fill) + 1.0 - free;
+        let tait = density * sound * sound / 7.0 * (fill.powi(7) - 1.0).max(0.0) / fill.powi(2);
+        let pressed = if solved { f64::from(warm[i][2] + warm[i][3]) } else { tait };
+        let full = (pressed / (0.25 * density * h() * drive.norm())).clamp(0.0, 1.0);
+        let around = vec3(&crowd.slope);
+        let own = (around + slope).dot(&(around / steep() + slope)).max(0.0) / density;
+        let response = own + f64::from(crowd.coupling) / steep();
+        let all = drive + lift * full;
+        let mean = |sum: f64| if weight > 0.0 { sum / weight } else { 0.0 };
+        let l = &locals[i];
+        if !clear {
+            continue; // on a border, where rounding decides
+        }
+        let steepest = 4.0 / h();
+        got.extend(
+            [points[i][3], flows[i][3], l.drift, l.fill, l.friction, l.response, l.drag, l.density].map(f64::from),
+        );
+        want.extend([
+            tait,
+            (nu * density / (f64::from(crowd.fill) + 1.0 - loose)).sqrt(),
+            drift,
+            fill,
+            mean(friction),
+            response,
+            drag,
+            density,
+        ]);
+        scale.extend([density * sound * sound * fill.powi(5), 1.0 / fill * 20.0, steepest * 3.0, fill, 1.0]);
+        scale.extend([
+            (around.norm() + steepest).powi(2) / density + response,
+            drag + nu * 10.0 / (h() * h()),
+            density,
+        ]);
+        for (a, b, size) in [
+            (l.wall, slope, steepest),
+            (l.drive, all, drive.norm() * 40.0),
+            (l.slide, Vec3::from_fn(|a, _| mean(slide[a])), 3.0),
+        ] {
+            got.extend(a.map(f64::from));
+            want.extend(b.iter());
+            scale.extend([size; 3]);
+        }
+    }
+    let kept = (0..placed).all(|i| {
+        points[i][..3] == places[i][..3] && flows[i][..3] == moves[i][..3] && locals[i].tag == moves[i][3].to_bits()
+    });
+    vec![Compared::close("surroundings", got, want, scale), Compared::fact("places and velocities are kept", kept)]
+}

@@ -1,0 +1,7 @@
+//! Liquids of SPH: problems with a known answer, each with a control that must fail.
+
+mod channel;
+mod dam;
+mod guard;
+mod motion;
+mod tank;
