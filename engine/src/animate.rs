@@ -12,7 +12,8 @@ use crate::geometry::{self, GeometryError, PhotoData, SurfaceMap, WorldFromCamer
 use crate::plan::Plan;
 use crate::scene::{Scene, Source};
 use crate::stages::display::{Carry, DisplayArrays, nothing, rgba};
-use crate::stages::mpm::{Method, Mpm};
+use crate::stages::lagrangian::{Lagrangian, LagrangianError};
+use crate::stages::mpm::{DORMANT, Method, Mpm};
 use crate::stages::render::{Background, Image, PointRenderer, RenderError, RenderSettings};
 use crate::stages::solver::{FrameStats, Solver};
 use crate::stages::view;
@@ -23,6 +24,9 @@ pub enum AnimateError {
     /// The device refused.
     #[error(transparent)]
     Gpu(#[from] GpuError),
+    /// The bodies cannot be on grids of their own, or the device refused.
+    #[error(transparent)]
+    Lagrangian(#[from] LagrangianError),
     /// Points cannot be drawn.
     #[error(transparent)]
     Render(#[from] RenderError),
@@ -32,6 +36,19 @@ pub enum AnimateError {
     /// Geometry that cannot be used.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
+}
+
+/// Particles at a moment, as parallel arrays.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Snapshot {
+    /// Positions [m].
+    pub positions: Vec<[f32; 3]>,
+    /// Velocities [m/s].
+    pub velocities: Vec<[f32; 3]>,
+    /// Bodies.
+    pub bodies: Vec<u32>,
+    /// Numbers among all particles, ascending.
+    pub numbers: Vec<u32>,
 }
 
 /// A clip in the making.
@@ -93,8 +110,12 @@ impl<'gpu> Animation<'gpu> {
         let mut wall_ms = Vec::new();
         let mut took = |stage, since: Instant| wall_ms.push((stage, since.elapsed().as_secs_f64() * 1e3));
         let since = Instant::now();
-        let solver: Option<Box<dyn Solver + 'gpu>> =
-            if plan.runs("simulate") { Some(Box::new(Mpm::new(gpu, &assembled.world, method)?)) } else { None };
+        let world = &assembled.world;
+        let solver: Option<Box<dyn Solver + 'gpu>> = match plan.runs("simulate") {
+            true if assembled.elastic.total_lagrangian => Some(Box::new(Lagrangian::new(gpu, world)?)),
+            true => Some(Box::new(Mpm::new(gpu, world, method)?)),
+            false => None,
+        };
         took("simulate", since);
         let since = Instant::now();
         let mut drawing =
@@ -140,19 +161,21 @@ impl<'gpu> Animation<'gpu> {
         Ok(Some(d.renderer.draw(self.gpu)?))
     }
 
-    /// Positions [m], velocities [m/s] and bodies of the particles now.
+    /// The particles now, without those that are not emitted.
     ///
     /// # Errors
     /// The device's refusal.
-    #[expect(clippy::type_complexity, reason = "three parallel arrays, named in the docs")]
-    pub fn particles(&self) -> Result<(Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<u32>), AnimateError> {
-        let Some(solver) = &self.solver else { return Ok(Default::default()) };
+    pub fn particles(&self) -> Result<Snapshot, AnimateError> {
+        let Some(solver) = &self.solver else { return Ok(Snapshot::default()) };
         let all = self.gpu.read(solver.particles())?;
-        Ok((
-            all.iter().map(|p| p.x).collect(),
-            all.iter().map(|p| p.v).collect(),
-            all.iter().map(|p| p.tag & 0xff).collect(),
-        ))
+        let mut out = Snapshot::default();
+        for (p, number) in all.iter().zip(0..).filter(|(p, _)| p.tag & DORMANT == 0) {
+            out.positions.push(p.x);
+            out.velocities.push(p.v);
+            out.bodies.push(p.tag & 0xff);
+            out.numbers.push(number);
+        }
+        Ok(out)
     }
 }
 

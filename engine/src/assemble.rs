@@ -7,6 +7,8 @@ use std::time::Instant;
 use glam::Vec3;
 use physvideo_gpu::kernels::Camera;
 
+use crate::elastic::{self, Choice};
+use crate::emission;
 use crate::geometry::{
     self, GeometryError, Lattice, MaskBody, Particles, PhotoData, Smoothing, SurfaceMap, TriangleMesh, WorldFromCamera,
 };
@@ -55,6 +57,8 @@ pub struct Assembled {
     pub world: World,
     /// sRGB colours 0–1 of the particles, body after body.
     pub colors: Vec<[f32; 3]>,
+    /// The solver of that, and why.
+    pub elastic: Choice,
     /// Index of each body's object in the scene.
     pub object_of: Vec<usize>,
     /// Objects that only occlude, by index: their points, drawn and not simulated.
@@ -102,9 +106,11 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         let mut simulated: Vec<_> = scene.objects.iter().enumerate().filter(|(_, o)| o.material.is_some()).collect();
         simulated.sort_by_key(|(_, o)| o.material.map(|m| m.law().material));
         for (index, object) in simulated {
-            let filled = colored(scene, index, inputs, view.as_ref(), &lattice, &mut crowd)?;
+            let mut filled = colored(scene, index, inputs, view.as_ref(), &lattice, &mut crowd)?;
+            let emission = emission::pool(scene, index, object, &mut filled, &mut crowd)?;
             colors.extend_from_slice(&filled.colors);
-            bodies.push(body(scene, index, object, filled, view.as_ref(), &mut notes)?);
+            let body = body(scene, index, object, filled, view.as_ref(), &mut notes)?;
+            bodies.push(Body { emission, ..body });
             object_of.push(index);
         }
     }
@@ -144,6 +150,12 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
     let domain = domain(scene, &bodies, dx);
     refuse_wide(domain, dx)?;
     for (body, index) in bodies.iter().zip(&object_of) {
+        if let (Some(_), Some(behind)) = (&body.emission, behind(body, domain, 1.0 / scene.output.fps)) {
+            let message = format!(
+                "particles wait {behind:.3} m behind the nozzle for their turn, which is outside the grid's domain"
+            );
+            return Err(at(format!("object[{index}].emitter"), message).help("enlarge simulation.domain"));
+        }
         if let Some(r) = &body.recycle
             && !reaches(domain, r)
         {
@@ -173,7 +185,8 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
             ),
         ));
     }
-    Ok(Assembled { world, colors, object_of, statics, view, camera, size, notes, wall_ms })
+    let elastic = elastic::choose(scene.simulation.elastic, &world)?;
+    Ok(Assembled { world, elastic, colors, object_of, statics, view, camera, size, notes, wall_ms })
 }
 
 /// Milliseconds since.
@@ -378,7 +391,16 @@ fn body(
         prestress,
         fields,
         recycle: world::recycle(object, scene.seed, index as u32),
+        emission: None,
     })
+}
+
+/// How far what leaves within a frame of `length` [s] stands behind the nozzle [m], where that is outside the domain.
+fn behind(body: &Body, (low, high): ([f32; 3], [f32; 3]), length: f32) -> Option<f32> {
+    let back = |(x, v): (&[f32; 3], &[f32; 3])| [0, 1, 2].map(|a| x[a] - v[a] * length);
+    let outside = |x: [f32; 3]| (0..3).any(|a| x[a] < low[a] || x[a] > high[a]);
+    let speed = body.velocities.first().map_or(0.0, |v| Vec3::from(*v).length());
+    body.positions.iter().zip(&body.velocities).map(back).any(outside).then_some(speed * length)
 }
 
 /// Whether a region that particles return from lies in the grid's space at all.

@@ -6,6 +6,7 @@ use crate::assemble::Assembled;
 use crate::plan::Plan;
 use crate::scene::{Scene, Source};
 use crate::stages::cells;
+use crate::stages::lagrangian::Lagrangian;
 use crate::stages::mpm::Mpm;
 use crate::stages::render::RenderSettings;
 
@@ -37,7 +38,8 @@ pub fn estimate(scene: &Scene, assembled: &Assembled, plan: &Plan, two_pass: boo
     let particles: u64 = world.bodies.iter().map(|b| b.positions.len() as u64).sum();
     let grid = cells::grid(world.domain, world.dx);
     let (blocks, _) = cells::touched(&grid, world.bodies.iter().flat_map(|b| b.positions.iter().copied()));
-    let simulation_bytes = if plan.runs("simulate") { Mpm::bytes(world) + SMALL } else { 0 };
+    let solver = if assembled.elastic.total_lagrangian { Lagrangian::bytes(world) } else { Mpm::bytes(world) };
+    let simulation_bytes = if plan.runs("simulate") { solver + SMALL } else { 0 };
     let points = points(scene, assembled);
     let drawing_bytes =
         if plan.runs("render") { drawing(scene, assembled, plan, points, particles, two_pass) } else { 0 };

@@ -5,6 +5,8 @@ pub mod accuracy;
 pub mod animate;
 pub mod assemble;
 pub mod backdrop;
+pub mod elastic;
+mod emission;
 pub mod estimate;
 pub mod flow;
 pub mod geometry;

@@ -80,6 +80,32 @@ pub struct Body {
     pub fields: u32,
     /// Where its particles start anew after they have gone.
     pub recycle: Option<kernels::Return>,
+    /// When its particles leave the source; absent: all are there from the start.
+    pub emission: Option<Emission>,
+}
+
+/// How the particles of a body leave its source: whole copies of it one after another, each layer by layer. Particles are
+/// in the order in which they leave, and stand where they do.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Emission {
+    /// When the first leaves [s].
+    pub start: f64,
+    /// None leaves from then on [s].
+    pub end: f64,
+    /// From one copy to the next [s].
+    pub period: f64,
+    /// When each particle of a copy leaves after its first [s], ascending.
+    pub delays: Vec<f64>,
+    /// How long each is there [s]; absent: to the end.
+    pub lifetime: Option<f64>,
+}
+
+impl Emission {
+    /// When particle `number`, counted through all copies, leaves [s].
+    pub fn due(&self, number: u64) -> f64 {
+        let each = self.delays.len() as u64;
+        self.start + (number / each) as f64 * self.period + self.delays[(number % each) as usize]
+    }
 }
 
 /// Viscosity across a cell, as a speed: the step C dx / (c + 9 η/(ρ dx)) stays at dx² ρ/(12 η) for C = 0.75. A particle

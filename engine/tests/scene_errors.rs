@@ -89,6 +89,8 @@ material.liquid = { viscosity = 1e-3 }
 name = "crate"
 source.box = { min = [0, 0, 0], max = [1, 1, 1] }
 material.snow = {}
+velocity = [0, 0, 1]
+emitter = { start = 0.5, end = 2, rate = 0.1, lifetime = 1 }
 recycle = { region.box = { min = [0, 0, 3], max = [1, 1, 4] }, to = { min = [0, 0, 0], max = [1, 1, 1] } }
 color = [1, 0.5, 0]
 

@@ -50,7 +50,7 @@ const MUTANTS: [(&str, &str, &str, &str); 35] = [
 ];
 
 /// The same for what acts on bodies from outside.
-const EFFECTS: [(&str, &str, &str, &str); 11] = [
+const EFFECTS: [(&str, &str, &str, &str); 22] = [
     ("mpm/p2g", "field/vortex", "exp(-r / f.p1)", "exp(-r * r / f.p1)"),
     ("mpm/p2g", "field/vortex", "cross(f.a.xyz, x - f.b.xyz)", "cross(x - f.b.xyz, f.a.xyz)"),
     ("mpm/p2g", "field/vortex", "1.0, f.p2 == 0.0", "0.0, f.p2 == 0.0"),
@@ -58,6 +58,17 @@ const EFFECTS: [(&str, &str, &str, &str); 11] = [
     ("mpm/p2g", "field/noise", "let n = low * low + high * high", "let n = low + high"),
     ("mpm/p2g", "lib/hash", "v.w += v.y * v.z", "v.w += v.x * v.z"),
     ("mpm/p2g", "field/noise", "x.z - f.p2", "x.z + f.p2"),
+    ("cells/locate", "cells/locate", "awake.d[group.x] * 64u", "group.x * 64u"),
+    ("cells/locate", "cells/locate", "(QUARANTINED | ASLEEP)", "QUARANTINED"),
+    ("cells/count", "cells/count", "awake.d[group.x] * 64u", "group.x * 64u"),
+    ("cells/place", "cells/place", "awake.d[group.x] * 64u", "group.x * 64u"),
+    ("mpm/clock", "mpm/clock", "/ 64u - clock.idle_groups", "/ 64u"),
+    ("mpm/g2p", "mpm/g2p", "(PINNED | QUARANTINED | ASLEEP)", "(PINNED | QUARANTINED)"),
+    ("mpm/measure", "mpm/measure", "(p.tag & DORMANT) != 0u", "false"),
+    ("mpm/survey", "mpm/survey", "0x80000000u, 0xffffffffu", "0x80000000u, 0x7fffffffu"),
+    ("mpm/survey", "mpm/survey", "255u - atomicLoad(&body_low) == atomicLoad(&body_high)", "true"),
+    ("mpm/survey", "mpm/survey", "(tag & (QUARANTINED | ASLEEP)) == 0u", "(tag & QUARANTINED) == 0u"),
+    ("mpm/survey", "mpm/survey", "atomicMax(&most[3], speed)", "atomicStore(&most[3], speed)"),
     ("source/recycle", "source/recycle", "all(x >= low) && all(x <= high)", "all(x >= low)"),
     ("source/recycle", "source/recycle", "(tag & (PINNED | QUARANTINED)) != 0u", "(tag & PINNED) != 0u"),
     ("source/recycle", "source/recycle", "turns.d[p] = turn + 1u;", ""),
@@ -89,6 +100,35 @@ const POINTS: [(&str, &str, &str, &str); 23] = [
     ("points/uncover", "points/uncover", "smoothstep(0.0, call.full, moved)", "clamp(moved / call.full, 0.0, 1.0)"),
     ("points/unproject", "points/unproject", "/ view.focal.x)", "/ view.focal.y)"),
     ("points/unproject", "points/unproject", "(bitcast<u32>(z) & 0x7f800000u) != 0x7f800000u && ", ""),
+];
+
+/// The same for elastic bodies on grids of their own.
+const LAGRANGIAN: [(&str, &str, &str, &str); 25] = [
+    ("lagrangian/contact", "lib/touch", "min(abs(s), 1.0)", "abs(s)"),
+    ("lagrangian/force", "piola/corotated", "2.0 * b.mu) * e", "1.999 * b.mu) * e"),
+    ("lagrangian/force", "piola/neo_hookean", "max(dot(f[0], c[0]), LEAST_VOLUME)", "max(dot(f[0], c[0]), 0.06)"),
+    ("lagrangian/force", "lagrangian/force", "0.6875 * n.m + 0.15625", "0.6875 * n.m + 0.15615"),
+    ("lagrangian/force", "lagrangian/force", "Three(s - d, 0.6875", "Three(s + d, 0.6875"),
+    ("lagrangian/force", "lagrangian/force", "Three(d - s, -2.0 * d, d + s)", "Three(d - s, -2.001 * d, d + s)"),
+    ("lagrangian/force", "lagrangian/force", "corner ^ 2u, 2u", "corner ^ 1u, 2u"),
+    ("lagrangian/force", "lagrangian/force", "(1u << corner) - 1u", "(2u << corner) - 1u"),
+    ("lagrangian/force", "lagrangian/force", "!(size <= MOST_STRETCH)", "size > MOST_STRETCH"),
+    ("lagrangian/force", "lib/reference", "- 2.0);", "- 1.9);"),
+    ("lagrangian/force", "lagrangian/force", "i >= reference.cells", "i > reference.cells"),
+    ("lagrangian/advance", "lagrangian/advance", "0.5 * (last.w + dt)", "dt"),
+    ("lagrangian/advance", "lagrangian/advance", "f -= gather(more.y)", "f += gather(more.y)"),
+    ("lagrangian/advance", "lagrangian/advance", "from_row(b.y, 15u)", "from_row(b.y, 12u)"),
+    ("lagrangian/advance", "lagrangian/advance", "first + below + at, row & 4u", "first + at, row & 4u"),
+    ("lagrangian/advance", "lagrangian/advance", "if (!finite(now)) {", "if (false) {"),
+    ("lagrangian/advance", "lagrangian/advance", "vec4f(-moved, 0.0)", "vec4f(moved, 0.0)"),
+    ("lagrangian/sample", "lib/reference", "WEIGHT.zyx, WEIGHT, upper.y", "WEIGHT, WEIGHT.zyx, upper.y"),
+    ("lagrangian/sample", "lagrangian/sample", "transpose(gradient)", "gradient"),
+    ("lagrangian/sample", "lagrangian/sample", "point == NOBODY", "false"),
+    ("lagrangian/contact", "lagrangian/contact", "dot(moved.zz, o.n)) / 32.0", "dot(moved.zz, o.n)) / 16.0"),
+    ("lagrangian/contact", "lagrangian/contact", "c.friction * normal", "0.99 * c.friction * normal"),
+    ("lagrangian/contact", "lagrangian/contact", "if (normal <= firmest)", "if (normal >= firmest)"),
+    ("lagrangian/contact", "lib/touch", "select(11u + axis, 8u + axis", "select(8u + axis, 11u + axis"),
+    ("lagrangian/contact", "lib/touch", "rotate(hit.xyz, p.axis, p.angle)", "rotate(hit.xyz, p.axis, -p.angle)"),
 ];
 
 /// The same for latents.
@@ -129,7 +169,7 @@ const LATENT: [(&str, &str, &str, &str); 30] = [
 fn every_mistake_is_caught() {
     let copy = tempfile::tempdir().unwrap();
     let mut missed = Vec::new();
-    for (kernel, file, from, to) in MUTANTS.into_iter().chain(EFFECTS).chain(LATENT).chain(POINTS) {
+    for (kernel, file, from, to) in MUTANTS.into_iter().chain(EFFECTS).chain(LAGRANGIAN).chain(LATENT).chain(POINTS) {
         folder::copy_kernels(copy.path());
         folder::edit(copy.path(), file, from, to);
         let gpu = device::open(Options { wgsl: Some(copy.path().into()), validation: false, ..device::options() });

@@ -121,6 +121,7 @@ mod tests {
             prestress: false,
             fields: 0,
             recycle: None,
+            emission: None,
             positions,
         };
         World {

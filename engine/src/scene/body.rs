@@ -36,6 +36,9 @@ pub struct Object {
     /// Starts at rest under gravity: the shape given is the sagged one. Default: true from a photo, else false.
     #[serde(default)]
     pub prestress: Option<bool>,
+    /// Its particles leave the source one after another; absent: all are there from the start.
+    #[serde(default)]
+    pub emitter: Option<Emitter>,
     /// Where its particles start anew after they have gone; absent: nowhere.
     #[serde(default)]
     pub recycle: Option<Recycle>,
@@ -57,6 +60,28 @@ fn default_density() -> f32 {
 }
 fn default_color() -> [f32; 3] {
     [0.8, 0.8, 0.8]
+}
+
+/// The object's geometry is a nozzle: copies of it leave through the plane at its front, one after another, at the
+/// object's velocity, each layer when it is due, so that no two particles meet unless something blocks the way.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Emitter {
+    /// When the first particles leave [s].
+    #[serde(default)]
+    #[schemars(range(min = 0.0))]
+    pub start: f32,
+    /// When the last ones do [s], after `start`; the default is as good as never.
+    #[serde(default = "super::effect::forever")]
+    pub end: f32,
+    /// Mass that leaves in a second [kg/s]; absent: as much as fits through, without gaps.
+    #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub rate: Option<f32>,
+    /// How long each particle is there [s]; absent: to the end.
+    #[serde(default)]
+    #[schemars(extend("exclusiveMinimum" = 0.0))]
+    pub lifetime: Option<f32>,
 }
 
 /// Particles that reach a region start anew somewhere else: undeformed, at the object's velocity.

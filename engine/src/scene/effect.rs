@@ -36,7 +36,7 @@ pub struct Collider {
     pub end: f32,
 }
 
-fn forever() -> f32 {
+pub(super) fn forever() -> f32 {
     1e9
 }
 

@@ -170,8 +170,14 @@ pub struct Simulation {
     /// A fixed step [s] instead of the chosen one, for stress tests.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub force_dt: Option<f32>,
+    /// How elastic bodies are solved.
+    pub elastic: Elastic,
     /// Same bits on every run on the same device.
     pub deterministic: bool,
+    /// Largest corner-to-corner box the bodies may reach [m] on MPM's grid; absent: twice the bodies' own box. A body in
+    /// total-Lagrangian form has no grid to leave.
+    /// Bodies at rest that nothing touches are left out until something comes near.
+    pub sleep: bool,
     /// Largest corner-to-corner box the bodies may reach [m]; absent: twice the bodies' own box.
     pub domain: Option<Domain>,
 }
@@ -184,10 +190,25 @@ impl Default for Simulation {
             courant: 0.75,
             error_budget: None,
             force_dt: None,
+            elastic: Elastic::Auto,
             deterministic: true,
+            sleep: true,
             domain: None,
         }
     }
+}
+
+/// How elastic bodies are solved.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Elastic {
+    /// In total-Lagrangian form where that is better: one held body, thick enough everywhere; else by MPM.
+    #[default]
+    Auto,
+    /// On a grid of the body's own at rest: bends and vibrates without loss, neither tears nor flows.
+    TotalLagrangian,
+    /// By MPM, on one grid with all other bodies.
+    UpdatedLagrangian,
 }
 
 /// An axis-aligned box [m].

@@ -4,7 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::errors::{Kind, Problem};
 use super::structure::{nearest, suggest};
-use super::{Domain, Field, FieldRegion, Force, Object, Pool, Recycle, Region, Scene, Shape, Source, Thickness};
+use super::{
+    Domain, Emitter, Field, FieldRegion, Force, Object, Pool, Recycle, Region, Scene, Shape, Source, Thickness,
+};
 use crate::flow::SdeRule;
 
 /// Every broken rule, at its key path.
@@ -128,6 +130,9 @@ impl Rules<'_> {
             Source::Box { min, max } => self.ordered(&format!("{key}.source.box"), min, max),
             Source::Mesh { .. } | Source::Points { .. } | Source::Ball { .. } => {}
         }
+        if let Some(emitter) = &object.emitter {
+            self.emitter(&format!("{key}.emitter"), object, emitter);
+        }
         if let Some(recycle) = &object.recycle {
             self.recycle(key, object, recycle);
         }
@@ -154,6 +159,22 @@ impl Rules<'_> {
                 }
                 Region::Near { object: other, .. } => self.known(&format!("{key}.near.object"), other),
             }
+        }
+    }
+
+    fn emitter(&mut self, key: &str, object: &Object, emitter: &Emitter) {
+        self.times(key, emitter.start, emitter.end);
+        if object.material.is_none() || matches!(object.source, Source::Mask { .. }) {
+            let message = "only an object with a material that is not seen in the photograph can be emitted";
+            self.report(Kind::Conflict, key, message, "give it a material, or remove this key");
+        }
+        if object.velocity == [0.0; 3] {
+            let message = "without a velocity of the object nothing leaves it";
+            self.report(Kind::Conflict, key, message, "give the object a `velocity`");
+        }
+        if object.angular_velocity != [0.0; 3] || !object.pins.is_empty() {
+            let message = "what is emitted neither spins nor is held";
+            self.report(Kind::Conflict, key, message, "remove `angular_velocity` and `pins`");
         }
     }
 

@@ -62,7 +62,10 @@ mod tests {
     use crate::scene::parse;
 
     /// Keys that may be absent and then mean "not there" or "chosen from the rest", so they have no default value.
-    const OPTIONAL: [&str; 33] = [
+    const OPTIONAL: [&str; 36] = [
+        "emitter",
+        "rate",
+        "lifetime",
         "recycle",
         "gravity",
         "photo",

@@ -17,6 +17,8 @@ pub struct Cells {
     pub counts: Buf<u32>,
     /// First place of each cell in the order.
     pub starts: Buf<u32>,
+    /// Groups of 64 particles that are sorted: all, unless [`Cells::sort_only`] says otherwise.
+    pub awake: Buf<u32>,
     /// Cell of each particle.
     pub keys: Buf<u32>,
     /// Place of each particle within its cell.
@@ -65,7 +67,7 @@ impl Cells {
     /// Bytes that [`Cells::new`] allocates for `particles`.
     pub fn bytes(grid: &Grid, particles: u64, capacity: u32, rows: u32) -> u64 {
         let dense = grid.blocks.iter().map(|b| u64::from(*b)).product::<u64>();
-        4 * (dense + (2 * 64 + 16 + 28) * u64::from(capacity) + 3 * particles)
+        4 * (dense + (2 * 64 + 16 + 28) * u64::from(capacity) + 3 * particles + particles.div_ceil(64))
             + size_of::<Row>() as u64 * u64::from(rows)
     }
 
@@ -83,6 +85,7 @@ impl Cells {
             list: gpu.alloc("grid", "cells/list", slots)?,
             counts: gpu.alloc("grid", "cells/counts", 64 * slots)?,
             starts: gpu.alloc("grid", "cells/starts", 64 * slots)?,
+            awake: gpu.upload("grid", "cells/awake", &Vec::from_iter(0..particles.div_ceil(64) as u32))?,
             keys: gpu.alloc("grid", "cells/keys", particles)?,
             ranks: gpu.alloc("grid", "cells/ranks", particles)?,
             order: gpu.alloc("grid", "cells/order", particles)?,
@@ -94,6 +97,14 @@ impl Cells {
             live: gpu.alloc("grid", "cells/live", 1)?,
             capacity,
         })
+    }
+
+    /// Sorts only the particles in these groups of 64 from now on; the clock dispatches as many.
+    ///
+    /// # Errors
+    /// The device's refusal.
+    pub fn sort_only(&self, gpu: &Gpu, groups: &[u32]) -> Result<(), GpuError> {
+        gpu.write(self.awake, 0, groups)
     }
 
     /// Workgroups over the blocks that hold particles.
@@ -121,13 +132,24 @@ impl Cells {
     pub fn record_sort(&self, rec: &mut Recording, constants: &Constants, particles: Buf<Particle>, clock: Buf<Clock>) {
         let groups = Groups::Indirect(clock.erase(), PARTICLE_GROUPS);
         let Self { grid: immediates, table, list, counts, starts, keys, ranks, order, live, .. } = *self;
-        let Self { spans, rows, marks, links, fills, .. } = *self;
+        let Self { spans, rows, marks, links, fills, awake, .. } = *self;
         rec.call(
-            &cells::Locate { particles, keys, table, list, live, immediates, clock, was: particles, claimed: table },
+            &cells::Locate {
+                particles,
+                keys,
+                table,
+                list,
+                live,
+                immediates,
+                clock,
+                was: particles,
+                claimed: table,
+                awake,
+            },
             constants,
             groups,
         );
-        rec.call(&cells::Count { keys, table, counts, ranks, clock, immediates }, constants, groups);
+        rec.call(&cells::Count { keys, table, counts, ranks, clock, awake, immediates }, constants, groups);
         rec.call(
             &cells::Range { counts, starts, table, list, live, spans, rows, marks, fills, immediates },
             constants,
@@ -138,7 +160,7 @@ impl Cells {
             constants,
             self.node_groups(),
         );
-        rec.call(&cells::Place { keys, table, starts, ranks, order, clock, immediates }, constants, groups);
+        rec.call(&cells::Place { keys, table, starts, ranks, order, clock, awake, immediates }, constants, groups);
     }
 }
 

@@ -2,6 +2,8 @@
 
 pub mod cells;
 pub mod display;
+pub mod emit;
+pub mod lagrangian;
 pub mod latent;
 pub mod mpm;
 pub mod render;

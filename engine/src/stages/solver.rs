@@ -21,6 +21,12 @@ pub struct FrameStats {
     pub clamped_volume: u32,
     /// Particles taken out: not finite, or outside the grid.
     pub quarantined: u32,
+    /// Groups of 64 particles that each substep worked on; those not emitted yet and those asleep are in none.
+    pub groups: u32,
+    /// Bodies at rest that were left out.
+    pub asleep: u32,
+    /// Particles that left an emitter.
+    pub emitted: u32,
     /// Particles that started anew at their source.
     pub recycled: u32,
     /// Attempts at the frame that were taken back and repeated with smaller steps.
@@ -75,6 +81,11 @@ pub trait Solver {
 
     /// Their deformation; what is drawn of a photograph follows it.
     fn deformations(&self) -> Buf<Deformation>;
+
+    /// From when to when each body was left out because it was at rest [s].
+    fn left_out(&self) -> Vec<Vec<[f64; 2]>> {
+        Vec::new()
+    }
 
     /// Whether the same run gives the same bits on this device.
     fn deterministic(&self) -> bool;

@@ -5,6 +5,7 @@ use bytemuck::Zeroable;
 use physvideo_gpu::kernels::{Clock, Deformation, Particle, Return, Tally, source};
 use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Recording};
 
+use super::cells::PARTICLE_GROUPS;
 use crate::world::World;
 
 /// What recycles the particles of a world.
@@ -56,7 +57,8 @@ impl Recycling {
         Ok(gpu.read(self.tally)?[0].recycled)
     }
 
-    /// Comes before the particles are sorted, in every substep: none may leave the grid unseen.
+    /// Comes before the particles are sorted, in every substep: none may leave the grid unseen. `awake` are the groups
+    /// of 64 that are worked on.
     pub fn record(
         &self,
         rec: &mut Recording,
@@ -64,10 +66,10 @@ impl Recycling {
         particles: Buf<Particle>,
         deformations: Buf<Deformation>,
         clock: Buf<Clock>,
-        groups: Groups,
+        awake: Buf<u32>,
     ) {
         let Self { returns, turns, tally, .. } = *self;
-        let call = source::Recycle { particles, deformations, turns, tally, clock, was: particles, returns };
-        rec.call(&call, constants, groups);
+        let call = source::Recycle { particles, deformations, turns, tally, clock, was: particles, returns, awake };
+        rec.call(&call, constants, Groups::Indirect(clock.erase(), PARTICLE_GROUPS));
     }
 }

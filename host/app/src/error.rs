@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use miette::{Diagnostic, GraphicalReportHandler};
 use physvideo::animate::AnimateError;
 use physvideo::scene::{Kind, SceneErrors};
+use physvideo::stages::lagrangian::LagrangianError;
 use physvideo::stages::render::RenderError;
 use physvideo_gpu::GpuError;
 use physvideo_net::{Kind as NetKind, NetError};
@@ -91,7 +92,9 @@ pub enum AppError {
 impl From<AnimateError> for AppError {
     fn from(error: AnimateError) -> Self {
         match error {
-            AnimateError::Gpu(e) | AnimateError::Render(RenderError::Gpu(e)) => Self::Gpu(e),
+            AnimateError::Gpu(e)
+            | AnimateError::Lagrangian(LagrangianError::Gpu(e))
+            | AnimateError::Render(RenderError::Gpu(e)) => Self::Gpu(e),
             other => Self::Animate(other),
         }
     }

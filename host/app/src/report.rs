@@ -68,8 +68,12 @@ pub struct Report {
     pub substeps: u64,
     /// Substeps' sizes [s].
     pub dt: Option<Range>,
+    /// Objects that were left out for some of the time, because they were at rest.
+    pub skipped: Vec<Skipped>,
     /// Limits that were hit.
     pub clamps: Clamps,
+    /// Particles that left an emitter.
+    pub emitted: u64,
     /// Times that a particle started anew at its source.
     pub recycled: u64,
     /// Sums over each simulated object at the start and the end.
@@ -117,6 +121,15 @@ pub struct ObjectCount {
     pub object: String,
     /// How many.
     pub count: u64,
+}
+
+/// When an object was left out.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Skipped {
+    /// Its name.
+    pub object: String,
+    /// From when to when it was asleep [s].
+    pub asleep_s: Vec<[f64; 2]>,
 }
 
 /// Least and greatest of a number.
@@ -216,6 +229,7 @@ impl Report {
         self.clamps.rejected += u64::from(stats.rejected);
         self.clamps.quarantined += u64::from(stats.quarantined);
         self.recycled += u64::from(stats.recycled);
+        self.emitted += u64::from(stats.emitted);
         if stats.substeps > 0 {
             let (min, max) = stats.dt;
             let so_far = self.dt.unwrap_or(Range { min, max });

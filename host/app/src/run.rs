@@ -5,7 +5,7 @@ mod refine;
 use std::path::Path;
 use std::time::Instant;
 
-use physvideo::animate::Animation;
+use physvideo::animate::{Animation, Snapshot};
 use physvideo::assemble::{Assembled, assemble};
 use physvideo::estimate::estimate;
 use physvideo::plan::Plan;
@@ -25,7 +25,7 @@ use crate::io::write::{EncoderThread, OutputFile, create_folder, write_json};
 use crate::load::Loaded;
 use crate::out_folder::{self, FLOW_VIDEO, REPORT, VIDEO};
 use crate::progress::Progress;
-use crate::report::{Conservation, ObjectCount, Report, SCHEMA_VERSION, Status, Sums};
+use crate::report::{Conservation, ObjectCount, Report, SCHEMA_VERSION, Skipped, Status, Sums};
 use crate::warm;
 use crate::writer::{Job, Writer};
 
@@ -169,7 +169,7 @@ impl Clip<'_> {
         };
         let mut writer = Writer::spawn(self.out)?;
         let deterministic = self.scene.simulation.deterministic;
-        let method = Method { deterministic, ..Method::default() };
+        let method = Method { deterministic, sleep: self.scene.simulation.sleep, ..Method::default() };
         let mut animation = Animation::new(gpu, self.scene, self.assembled, self.plan, method)?;
         for (stage, ms) in &animation.wall_ms {
             self.report.add_ms(stage, *ms);
@@ -197,6 +197,12 @@ impl Clip<'_> {
         self.report.took("write", since);
         let encoded = self.finish_video(encoder);
         self.report.simulated_s = animation.solver.as_ref().map_or(0.0, |s| s.time());
+        let naps = animation.solver.as_ref().map_or_else(Vec::new, |s| s.left_out());
+        let named = self.report.particles.iter().map(|p| p.object.clone()).zip(naps);
+        self.report.skipped = named
+            .filter(|(_, asleep_s)| !asleep_s.is_empty())
+            .map(|(object, asleep_s)| Skipped { object, asleep_s })
+            .collect();
         let end = self.measure(&animation);
         if let Some(failure) = written.failure {
             return Err(failure.into());
@@ -232,9 +238,9 @@ impl Clip<'_> {
             self.check_frame(animation, frame, &stats)?;
             if let Some(format) = points {
                 let since = Instant::now();
-                let (positions, velocities, bodies) = animation.particles()?;
+                let Snapshot { positions, velocities, bodies, numbers } = animation.particles()?;
                 let ids = bodies.iter().map(|b| self.assembled.object_of[*b as usize] as u32 + 1).collect();
-                let colors = self.assembled.colors.iter().map(|c| c.map(byte)).collect();
+                let colors = numbers.iter().map(|i| self.assembled.colors[*i as usize].map(byte)).collect();
                 writer.push(Job::Points { frame, format, positions, velocities, colors, ids });
                 self.report.took("points", since);
             }
@@ -316,7 +322,7 @@ impl Clip<'_> {
         if let Some(c) = self.report.conservation.iter().find(|c| !c.end.finite()) {
             return Err(broken(&c.object));
         }
-        let (positions, _, bodies) = animation.particles()?;
+        let Snapshot { positions, bodies, .. } = animation.particles()?;
         let lost = positions.iter().zip(&bodies).find(|(x, _)| x.iter().any(|c| !c.is_finite()));
         match lost.and_then(|(_, body)| self.report.particles.get(*body as usize)) {
             Some(p) => Err(broken(&p.object)),

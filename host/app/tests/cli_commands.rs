@@ -13,6 +13,7 @@ fn a_plan_says_what_runs_what_does_not_and_why() {
     said.expect(0, &[]);
     for line in [
         "simulate     run      MLS-MPM",
+        "solver       nothing holds 'jelly'",
         "surfaces     skipped  the scene has no photograph",
         "photo        skipped  the scene has no photograph",
         "points       skipped  `output.points` is not set",

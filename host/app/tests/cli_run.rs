@@ -164,10 +164,11 @@ fn frames_before_an_error_are_kept() {
 #[test]
 fn a_lost_body_is_named_and_what_was_drawn_is_kept() {
     let folder = Folder::new();
-    // Nothing below it: it leaves the domain within a few frames.
+    // Nothing below it: it leaves the domain of MPM's grid within a few frames.
     folder.scene(
         FALL,
         &[
+            ("grid_density = 32", "grid_density = 32\nelastic = \"updated_lagrangian\""),
             ("[ground]\nheight = 0.0\n", ""),
             ("density = 1000.0", "density = 1000.0\nvelocity = [0, 0, -4]"),
             ("frames = 3", "frames = 30"),

@@ -16,15 +16,16 @@ struct AtomicWords { d: array<atomic<u32>> }
 // The same particles and table, read: most blocks are claimed already, and a plain look is cheaper than an atomic one.
 @group(0) @binding(6) var was: texture_1d<u32>;
 @group(0) @binding(7) var claimed: texture_1d<u32>;
+@group(0) @binding(8) var<storage, read> awake: Words;      // groups of 64 particles of which any moves
 var<immediate> grid: Grid;
 
 @compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) id: vec3u) {
-    let p = id.x;
+fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let p = awake.d[group.x] * 64u + lane;
     if (p >= clock.particles) { return; }
     let head = texel(was, 6u * p);
     let tag = bitcast<u32>(head.w);
-    if ((tag & QUARANTINED) != 0u) {
+    if ((tag & (QUARANTINED | ASLEEP)) != 0u) {
         keys.d[p] = NOWHERE;
         return;
     }

@@ -12,11 +12,12 @@ struct Words { d: array<u32> }
 @group(0) @binding(3) var ranks: texture_1d<u32>;
 @group(0) @binding(4) var<storage, read_write> order: Words;
 @group(0) @binding(5) var<storage, read> clock: Clock;
+@group(0) @binding(6) var<storage, read> awake: Words;      // groups of 64 particles of which any moves
 var<immediate> grid: Grid;
 
 @compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) id: vec3u) {
-    let p = id.x;
+fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let p = awake.d[group.x] * 64u + lane;
     if (p >= clock.particles) { return; }
     let key = word(keys, p);
     if (key == NOWHERE) { return; }

@@ -22,6 +22,9 @@ struct Deformation {
 }
 
 const BODY_MASK: u32 = 0xffu;
+// Not emitted yet, or no more; set together with QUARANTINED, and not counted as lost.
+const DORMANT: u32 = 0x08000000u;
+const ASLEEP: u32 = 0x10000000u;        // of a body at rest, left out until something comes near
 const FLOWS: u32 = 0x20000000u;         // of a material whose F forgets: what is drawn does not follow it
 const PINNED: u32 = 0x40000000u;        // held where it is
 const QUARANTINED: u32 = 0x80000000u;   // taken out of the simulation: not finite, or outside the grid

@@ -1,4 +1,4 @@
-//! use lib/bspline lib/load lib/field lib/clock
+//! use lib/bspline lib/load lib/force lib/clock
 // What one particle gives to the nodes around it: momentum and mass (APIC, Jiang 2015), and the impulse of its
 // stress by the gradient of the B-spline itself (Stomakhin 2013) or by the MLS form (Hu 2018, eq. 16).
 
@@ -64,26 +64,7 @@ fn share(s: Scatter, r: ScatterRow, i: u32) -> vec4f {
     return vec4f(s.wx[i] * r.a + r.w * s.x[i], s.wx[i] * r.m);
 }
 
-// Every kernel that uses this binds `forces` as texels.
-struct Forces {
-    count: u32,         // of the fields in use
-    d: array<Field, 16>,
-}
-
-fn load_field(i: u32) -> Field {
-    let at = 1u + 6u * i;
-    let kinds = textureLoad(forces, at, 0);
-    let times = bitcast<vec4f>(kinds);
-    let p = texel(forces, at + 1u);
-    return Field(kinds.x, kinds.y, times.z, times.w, p.x, p.y, p.z, p.w, texel(forces, at + 2u), texel(forces, at + 3u),
-        texel(forces, at + 4u), texel(forces, at + 5u));
-}
-
-// Acceleration of a body's gravity and of the fields that act on it [m/s²].
+// Acceleration of a particle of a body.
 fn body_acceleration(p: Particle, fields: u32, gravity: vec3f, count: u32, t: f32) -> vec3f {
-    var a = gravity;
-    for (var i = 0u; i < count; i++) {
-        if (((fields >> i) & 1u) != 0u) { a += field_acceleration(load_field(i), p.x, p.v, t); }
-    }
-    return a;
+    return acceleration(fields, gravity, count, p.x, p.v, t);
 }

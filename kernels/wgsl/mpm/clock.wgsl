@@ -41,7 +41,7 @@ fn main() {
     clock.substeps += 1u;
     clock.dt_min = select(min(clock.dt_min, dt), dt, clock.dt_min == 0.0);
     clock.dt_max = max(clock.dt_max, dt);
-    clock.particle_groups = vec3u((clock.particles + 63u) / 64u, 1u, 1u);
+    clock.particle_groups = vec3u((clock.particles + 63u) / 64u - clock.idle_groups, 1u, 1u);
     for (var i = 0u; i < 8u; i++) {
         let count = clock.runs[i].w;
         clock.runs[i] = vec4u((count + 63u) / 64u, 1u, 1u, count);

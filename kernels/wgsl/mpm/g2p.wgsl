@@ -116,7 +116,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_inde
         if (ALL) { index = word(order, id.x); }
         let head = texel(was, 6u * index);
         let tag = bitcast<u32>(head.w);
-        if ((tag & (PINNED | QUARANTINED)) == 0u) { move_particle(index, head.xyz, tag, dt); }
+        if ((tag & (PINNED | QUARANTINED | ASLEEP)) == 0u) { move_particle(index, head.xyz, tag, dt); }
     }
     workgroupBarrier();
     if (lane == 0u) { atomicMax(&clock.speed_bits, atomicLoad(&fastest)); }

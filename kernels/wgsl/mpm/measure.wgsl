@@ -32,7 +32,7 @@ fn main(@builtin(global_invocation_id) id: vec3u, @builtin(workgroup_id) group: 
         let p = particles.d[id.x];
         if ((p.tag & BODY_MASK) == only.body) {
             if ((p.tag & QUARANTINED) != 0u) {
-                s.lost = 1.0;
+                s.lost = select(1.0, 0.0, (p.tag & DORMANT) != 0u);
             } else {
                 let d = deformations.d[id.x];
                 let body = bodies.d[only.body];

@@ -28,10 +28,11 @@ struct Tally { recycled: atomic<u32> }
 @group(0) @binding(4) var<storage, read> clock: Clock;
 @group(0) @binding(5) var was: texture_1d<u32>;                 // the particles, read
 @group(0) @binding(6) var returns: texture_1d<u32>;
+@group(0) @binding(7) var<storage, read> awake: Words;          // groups of 64 particles of which any moves
 
 @compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) id: vec3u) {
-    let p = id.x;
+fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let p = awake.d[group.x] * 64u + lane;
     if (p >= clock.particles) { return; }
     let head = texel(was, 6u * p);
     let tag = bitcast<u32>(head.w);

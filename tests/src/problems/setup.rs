@@ -64,6 +64,7 @@ impl Lattice {
             fields: u32::MAX >> 1,
             gravity: None,
             recycle: None,
+            emission: None,
             positions: positions.iter().map(|x| single(*x)).collect(),
         }
     }

@@ -9,6 +9,10 @@ use crate::random::Random;
 pub const PINNED: u32 = 0x4000_0000;
 /// Taken out of the simulation.
 pub const QUARANTINED: u32 = 0x8000_0000;
+/// Of a body at rest that is left out.
+pub const ASLEEP: u32 = 0x1000_0000;
+/// Not emitted yet; comes with `QUARANTINED`.
+pub const DORMANT: u32 = 0x0800_0000;
 /// Of a material whose F is not that of its whole motion.
 pub const FLOWS: u32 = 0x2000_0000;
 /// Bodies particles belong to: one of each material, and one of a material there is not.
@@ -91,7 +95,8 @@ fn particle(random: &mut Random) -> Particle {
         x,
         tag: random.below(body_count()) as u32
             | if random.chance(0.05) { PINNED } else { 0 }
-            | if random.chance(0.2) { FLOWS } else { 0 },
+            | if random.chance(0.2) { FLOWS } else { 0 }
+            | if random.chance(0.05) { ASLEEP } else { 0 },
         v: random.vector(1.0),
         m: random.range(0.5e-3, 1.5e-3),
         c0: row(0),

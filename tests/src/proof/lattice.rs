@@ -5,8 +5,20 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use physvideo_gpu::kernels::{Counts, Grid, Particle, Row};
 
-use super::cloud::QUARANTINED;
+use super::cloud::{ASLEEP, QUARANTINED};
 use crate::random::Random;
+
+/// Groups of 64 particles that are worked on: all but the first, where there are several and the seed says so; in no
+/// order. One more than there are is named, whose particles do not exist.
+pub fn awake(items: usize, seed: u64) -> Vec<u32> {
+    let groups = items.div_ceil(64) as u32;
+    (u32::from(seed % 4 == 3 && groups > 1)..groups + 1).rev().collect()
+}
+
+/// Whether particle `p` is in one of the groups that are worked on.
+pub fn busy(awake: &[u32], p: usize) -> bool {
+    awake.contains(&(p as u32 / 64))
+}
 
 /// Key of a particle that is in no cell.
 pub const NOWHERE: u32 = u32::MAX;
@@ -29,9 +41,9 @@ pub fn base(grid: &Grid, x: [f32; 3]) -> Option<[u32; 3]> {
     Some(node)
 }
 
-/// Block · 64 + cell, or [`NOWHERE`] for a particle that is quarantined, not finite or outside the grid.
+/// Block · 64 + cell, or [`NOWHERE`] for a particle that is quarantined, asleep, not finite or outside the grid.
 pub fn key(grid: &Grid, p: &Particle) -> u32 {
-    let sound = p.tag & QUARANTINED == 0 && p.x.iter().chain(&p.v).all(|c| c.is_finite());
+    let sound = p.tag & (QUARANTINED | ASLEEP) == 0 && p.x.iter().chain(&p.v).all(|c| c.is_finite());
     let Some(node) = base(grid, p.x).filter(|_| sound) else { return NOWHERE };
     let block = index(grid, node.map(|n| n / 4));
     let cell = (node[2] % 4) * 16 + (node[1] % 4) * 4 + node[0] % 4;

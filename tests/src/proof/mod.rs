@@ -6,6 +6,7 @@ pub mod cells;
 pub mod cloud;
 pub mod compare;
 pub mod harness;
+pub mod lagrangian;
 pub mod latent;
 pub mod lattice;
 pub mod mpm;
@@ -23,6 +24,10 @@ pub static CASES: &[&Case] = &[
     &cells::locate::CASE,
     &cells::place::CASE,
     &cells::range::CASE,
+    &lagrangian::advance::CASE,
+    &lagrangian::contact::CASE,
+    &lagrangian::force::CASE,
+    &lagrangian::sample::CASE,
     &latent::adapt::CASE,
     &latent::flow_step::CASE,
     &latent::mask_pool::CASE,
@@ -38,6 +43,7 @@ pub static CASES: &[&Case] = &[
     &mpm::p2g_fixed::CASE,
     &mpm::p2g_float::CASE,
     &mpm::stress_case::CASE,
+    &mpm::survey::CASE,
     &points::bin_count::CASE,
     &points::bin_place::CASE,
     &points::bin_range::CASE,

@@ -7,6 +7,7 @@ mod budget;
 mod cantilever;
 mod column;
 mod discs;
+mod emitter;
 mod fields;
 mod flows;
 mod guard;
@@ -15,6 +16,7 @@ mod manufactured;
 mod motion;
 mod recycle;
 mod rest;
+mod sleep;
 mod suite;
 
 use physvideo_tests::problems::{Setting, order};

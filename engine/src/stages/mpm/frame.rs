@@ -40,6 +40,21 @@ impl Mpm<'_> {
         }
     }
 
+    /// Lets the emitters' particles out; how many.
+    fn emit(&mut self, length: f32) -> Result<u32, GpuError> {
+        let (mut emitted, mut changed) = (0, false);
+        for emitter in &mut self.emitters {
+            let (gpu, time) = (self.gpu, self.time);
+            let (came, any) = emitter.advance(gpu, self.particles, self.deformations, time, length.into())?;
+            emitted += came;
+            changed |= any;
+        }
+        if changed {
+            self.choose_groups()?;
+        }
+        Ok(emitted)
+    }
+
     /// Advances by one frame of `length` seconds.
     ///
     /// A frame in which a node ran away or a particle was lost is taken back as soon as that shows, and repeated with
@@ -52,6 +67,14 @@ impl Mpm<'_> {
     pub fn frame(&mut self, length: f32) -> Result<FrameStats, GpuError> {
         let mut stats = FrameStats::default();
         if self.particles_in_use() == 0 {
+            self.time += f64::from(length);
+            return Ok(stats);
+        }
+        stats.emitted = self.emit(length)?;
+        self.wake(length)?;
+        stats.asleep = self.rest.count();
+        stats.groups = self.groups.len() as u32;
+        if self.groups.is_empty() {
             self.time += f64::from(length);
             return Ok(stats);
         }
@@ -98,6 +121,7 @@ impl Mpm<'_> {
                 stats.recycled = recycling.recycled(self.gpu)?;
             }
             self.time += f64::from(length);
+            self.settle(length)?;
             return Ok(stats);
         }
     }
@@ -112,6 +136,6 @@ impl Mpm<'_> {
         self.given = self.gpu.alloc("grid", "mpm/given", room.given(self.p2g))?;
         self.nodes = self.gpu.alloc("grid", "mpm/nodes", 64 * u64::from(room.slots))?;
         self.cells = Cells::new(self.gpu, grid, u64::from(self.particles_in_use()), room.slots, room.rows)?;
-        Ok(())
+        self.choose_groups()
     }
 }

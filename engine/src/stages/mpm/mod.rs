@@ -1,7 +1,9 @@
 //! MLS-MPM (Hu 2018; Stomakhin 2013): particles carry state, the grid carries one substep.
 //! Records a batch of substeps once and submits it until the device says that the frame is done.
 
+mod awake;
 mod frame;
+mod rest;
 mod run;
 mod start;
 
@@ -9,12 +11,14 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use bytemuck::Zeroable;
-use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Forces, Particle, Sums, mpm};
+use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Extent, Forces, Particle, Sums, mpm};
 use physvideo_gpu::{Buf, Constants, DeviceKind, Feature, Gpu, GpuError, Groups, Prepared, Recording};
 
+use self::rest::Rest;
 use self::run::{MOST_RUNS, Run, runs};
 use self::start::{constants, initial_state, room};
 use super::cells::{self, Cells, PARTICLE_GROUPS};
+use super::emit::Emitter;
 use super::solver::{FrameStats, Measure, Solver};
 use super::source::Recycling;
 use crate::world::World;
@@ -39,13 +43,15 @@ pub struct Method {
     pub deterministic: bool,
     /// Stress and deformation by the gradient of the B-spline instead of the MLS form.
     pub true_gradient: bool,
+    /// Bodies at rest are left out until something comes near.
+    pub sleep: bool,
     /// Substeps in a command buffer.
     pub batch: u32,
 }
 
 impl Default for Method {
     fn default() -> Self {
-        Self { p2g: None, deterministic: true, true_gradient: true, batch: 32 }
+        Self { p2g: None, deterministic: true, true_gradient: true, sleep: false, batch: 32 }
     }
 }
 
@@ -84,6 +90,11 @@ pub struct Mpm<'gpu> {
     dx: f32,
     ranges: Vec<std::ops::Range<u64>>,
     runs: Vec<Run>,
+    emitters: Vec<Emitter>,
+    /// Groups of 64 particles that substeps work on.
+    groups: Vec<u32>,
+    rest: Rest,
+    extents: Buf<Extent>,
 }
 
 /// Byte offset of the workgroup counts of the runs in `Clock`.
@@ -98,7 +109,8 @@ impl<'gpu> Mpm<'gpu> {
     /// The device's refusal of a buffer or a kernel.
     pub fn new(gpu: &'gpu Gpu, world: &World, method: Method) -> Result<Self, GpuError> {
         let count: u64 = world.bodies.iter().map(|b| b.positions.len() as u64).sum();
-        let (particles, deformations) = initial_state(world);
+        let (mut particles, deformations) = initial_state(world);
+        let emitters = Emitter::all(world, &mut particles, &deformations);
         let mut ranges = Vec::new();
         let mut first = 0;
         for body in &world.bodies {
@@ -164,8 +176,13 @@ impl<'gpu> Mpm<'gpu> {
             dx: world.dx,
             ranges,
             runs: runs(world, method),
+            emitters,
+            groups: (0..count.div_ceil(64) as u32).collect(),
+            rest: Rest::new(world, method.sleep),
+            extents: gpu.alloc("run", "mpm/extents", world.bodies.len() as u64)?,
         };
         mpm.update_stress()?;
+        mpm.choose_groups()?;
         Ok(mpm)
     }
 
@@ -177,7 +194,11 @@ impl<'gpu> Mpm<'gpu> {
         let each = (2 * (size_of::<Particle>() + size_of::<Deformation>()) + 1) as u64;
         let given = room.given(P2g::Cell).max(room.given(P2g::Fixed));
         let sort = Cells::bytes(&grid, particles, room.slots, room.rows);
-        each * particles + 16 * (given + 64 * u64::from(room.slots)) + sort + Recycling::bytes(world)
+        each * particles
+            + 16 * (given + 64 * u64::from(room.slots))
+            + sort
+            + Recycling::bytes(world)
+            + (size_of::<Extent>() * world.bodies.len()) as u64
     }
 
     /// Which transfer is used.
@@ -210,7 +231,7 @@ impl<'gpu> Mpm<'gpu> {
         self.cells.record_clear(rec, k);
         rec.call(&mpm::Clock { clock, live }, k, Groups::Direct([1, 1, 1]));
         if let Some(recycling) = &self.recycling {
-            recycling.record(rec, k, particles, deformations, clock, self.particle_groups());
+            recycling.record(rec, k, particles, deformations, clock, self.cells.awake);
         }
         self.cells.record_sort(rec, k, particles, clock);
         match self.p2g {
@@ -306,7 +327,8 @@ impl<'gpu> Mpm<'gpu> {
             force_dt: self.force_dt,
             speed_bits: self.speed.to_bits(),
             particles: self.particles_in_use(),
-            particle_groups: [self.particles_in_use().div_ceil(64), 1, 1],
+            idle_groups: self.particles_in_use().div_ceil(64) - self.groups.len() as u32,
+            particle_groups: [self.groups.len() as u32, 1, 1],
             runs: self.run_groups(),
             ..Default::default()
         };
@@ -314,7 +336,13 @@ impl<'gpu> Mpm<'gpu> {
     }
 
     fn run_groups(&self) -> [[u32; 4]; MOST_RUNS] {
-        std::array::from_fn(|i| self.runs.get(i).map_or([0, 1, 1, 0], |r| [r.count.div_ceil(64), 1, 1, r.count]))
+        let busy = |r: &Run| match self.busy_groups(r.first, r.count) {
+            0 => 0,
+            // All particles of the scene are found by their cells, those of a stretch by their numbers.
+            some if self.runs.len() == 1 => r.count.min(64 * some),
+            _ => r.count,
+        };
+        std::array::from_fn(|i| self.runs.get(i).map_or([0, 1, 1, 0], |r| [busy(r).div_ceil(64), 1, 1, busy(r)]))
     }
 
     fn particles_in_use(&self) -> u32 {
@@ -386,6 +414,10 @@ impl Solver for Mpm<'_> {
         self.deformations
     }
 
+    fn left_out(&self) -> Vec<Vec<[f64; 2]>> {
+        self.rest.naps(self.time)
+    }
+
     fn deterministic(&self) -> bool {
         self.p2g != P2g::Float
     }
@@ -393,6 +425,10 @@ impl Solver for Mpm<'_> {
 
 /// Flag of a particle that is held (`PINNED` in WGSL).
 pub const PINNED: u32 = 0x4000_0000;
+/// Flag of a particle of a body at rest that is left out (`ASLEEP` in WGSL).
+pub const ASLEEP: u32 = 0x1000_0000;
+/// Flag of a particle that is not emitted yet, or no more (`DORMANT` in WGSL); comes with [`QUARANTINED`].
+pub const DORMANT: u32 = 0x0800_0000;
 /// Flag of a particle whose F is not that of its whole motion (`FLOWS` in WGSL).
 pub const FLOWS: u32 = 0x2000_0000;
 /// Flag of a particle that was taken out (`QUARANTINED` in WGSL).

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use physvideo::assemble::assemble;
+use physvideo::elastic::Choice;
 use physvideo::estimate::{Estimate, estimate};
 use physvideo::plan::Plan;
 use physvideo_gpu::{DeviceInfo, Feature, GpuError, kernels};
@@ -36,7 +37,10 @@ pub(super) fn plan(
     let two_pass = !(has(Feature::Int64) && has(Feature::Int64Atomic));
     let estimate = estimate(&loaded.scene, &assembled, &plan, two_pass);
 
-    print(&stages(&plan));
+    print(&stages(&plan, &assembled.elastic));
+    if plan.runs("simulate") {
+        print(&format!("{:<12} {}", "solver", assembled.elastic.why));
+    }
     for body in &assembled.world.bodies {
         print(&format!("{:<12} {} particles", body.name, body.positions.len()));
     }
@@ -83,8 +87,11 @@ fn flow(outlook: &Outlook) -> String {
     lines.join("\n")
 }
 
-fn stages(plan: &Plan) -> String {
+fn stages(plan: &Plan, elastic: &Choice) -> String {
     let line = |stage: &physvideo::plan::Planned| match &stage.skipped {
+        None if stage.name == "simulate" && elastic.total_lagrangian => {
+            format!("{:<12} run      total Lagrangian", stage.name)
+        }
         None => format!("{:<12} run      {}", stage.name, stage.what),
         Some(reason) => format!("{:<12} skipped  {reason}", stage.name),
     };
@@ -103,14 +110,15 @@ fn numbers(loaded: &Loaded, plan: &Plan, estimate: &Estimate) -> String {
     if plan.runs("render") {
         lines.push(format!("{:<12} {frames} frames of {points} points", "drawing"));
     }
-    lines.push(format!("{:<12} at most {} are compiled", "pipelines", most_pipelines(plan)));
+    lines.push(format!("{:<12} at most {} are compiled", "pipelines", most_pipelines(loaded, plan)));
     lines.join("\n")
 }
 
 /// Kernels in the folders of the stages that run; variants that a scene does not use are not compiled.
-fn most_pipelines(plan: &Plan) -> usize {
+fn most_pipelines(loaded: &Loaded, plan: &Plan) -> usize {
     let used = |folder: &str| match folder {
-        "cells" | "mpm" => plan.runs("simulate"),
+        "source" => plan.runs("simulate") && loaded.scene.objects.iter().any(|o| o.recycle.is_some()),
+        "cells" | "mpm" | "lagrangian" => plan.runs("simulate"),
         "points" => plan.runs("render"),
         "latent" => plan.runs("flow"),
         _ => false,

@@ -2,6 +2,7 @@
 //! diagrams of work against precision. Nothing here ships with the product; times come from the device's own clock and
 //! hold only as ratios within one run.
 
+mod lagrangian;
 mod mpm;
 mod points;
 mod skip;
@@ -64,6 +65,18 @@ enum What {
         #[arg(long)]
         all: bool,
     },
+    /// The same falling cube with both elastic solvers, updated Lagrangian (MPM) and total Lagrangian, in turns.
+    Elastic {
+        /// Particles along an edge of the cube; 37 gives 50,653.
+        #[arg(long, default_value_t = 37)]
+        edge: usize,
+        /// Substeps in a counted frame.
+        #[arg(long, default_value_t = 100)]
+        substeps: u32,
+        /// Counted frames of each.
+        #[arg(long, default_value_t = 5)]
+        repeats: usize,
+    },
     /// A frame of random points in a cube of 1 m, one pixel each, nearest first, with the peers' camera.
     Points {
         /// Points.
@@ -79,7 +92,7 @@ enum What {
         #[arg(long, default_value_t = 15)]
         repeats: usize,
     },
-    /// What a scene does not need: time of a substep in a domain 8 times as large.
+    /// What a scene does not need: time of a substep in a domain 8 times as large, and where some bodies rest.
     Skip {
         /// Counted frames of 50 substeps.
         #[arg(long, default_value_t = 9)]
@@ -110,6 +123,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         What::Mpm { material, edge, spacing, substeps, repeats, all } => {
             mpm::bench(&gpu, material, edge, spacing, substeps, repeats, all)
         }
+        What::Elastic { edge, substeps, repeats } => lagrangian::bench(&gpu, edge, substeps, repeats),
         What::Points { points, width, height, repeats } => points::bench(&gpu, points, [width, height], repeats),
         What::Skip { repeats } => skip::bench(&gpu, repeats),
         What::Wp { ref problem } => wp::bench(&gpu, problem),

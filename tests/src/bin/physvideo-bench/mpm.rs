@@ -44,7 +44,8 @@ impl Stuff {
     }
 }
 
-fn cube(stuff: Stuff, edge: usize, spacing: f32) -> World {
+/// A cube that begins to fall, just above the ground.
+pub fn cube(stuff: Stuff, edge: usize, spacing: f32) -> World {
     let (material, density) = stuff.body();
     let mut positions = Vec::new();
     for i in 0..edge.pow(3) {
@@ -63,6 +64,7 @@ fn cube(stuff: Stuff, edge: usize, spacing: f32) -> World {
         particle_volume: spacing.powi(3),
         fields: 0,
         recycle: None,
+        emission: None,
         positions,
     };
     World {

@@ -12,8 +12,8 @@ use physvideo_gpu::Gpu;
 const BODIES: usize = 10;
 /// Particles along an edge of each.
 const EDGE: usize = 16;
-/// Frames of 50 substeps before those that count: drivers compile, bodies come to rest.
-const BEFORE: usize = 8;
+/// Frames of 50 substeps before those that count: drivers compile, what is at rest is seen to be.
+const BEFORE: usize = 110;
 
 /// Cubes far apart without weight; `moving` of them spin. `wide`: twice the domain along each axis.
 fn cubes(moving: usize, wide: bool) -> World {
@@ -35,6 +35,7 @@ fn cubes(moving: usize, wide: bool) -> World {
             particle_volume: f32::powi(spacing, 3),
             fields: 0,
             recycle: None,
+            emission: None,
             positions: offsets.iter().map(|x| std::array::from_fn(|a| x[a] + corner[a])).collect(),
         }
     });
@@ -54,11 +55,18 @@ fn cubes(moving: usize, wide: bool) -> World {
 /// Prints the time of a substep of each run, and the ratio to the run it is to be held against.
 pub fn bench(gpu: &Gpu, repeats: usize) -> Result<(), String> {
     let say = |e: physvideo_gpu::GpuError| e.to_string();
-    let runs = [("all bodies move", cubes(BODIES, false)), ("domain 8 times as large", cubes(BODIES, true))];
+    // Those marked so leave out what is at rest.
+    let runs = [
+        ("all of 10 bodies move", cubes(BODIES, false), false),
+        ("domain 8 times as large", cubes(BODIES, true), false),
+        ("one moves", cubes(1, false), false),
+        ("half of them move, sleep", cubes(BODIES / 2, false), true),
+        ("one moves, sleep", cubes(1, false), true),
+    ];
     let mut solvers = Vec::new();
-    for (_, world) in &runs {
-        let mut mpm = Mpm::new(gpu, world, Method::default()).map_err(say)?;
-        for _ in 0..BEFORE {
+    for (_, world, sleep) in &runs {
+        let mut mpm = Mpm::new(gpu, world, Method { sleep: *sleep, ..Method::default() }).map_err(say)?;
+        for _ in 0..if *sleep { BEFORE } else { 4 } {
             mpm.frame(50e-4).map_err(say)?;
         }
         solvers.push((mpm, Vec::new()));
@@ -76,7 +84,7 @@ pub fn bench(gpu: &Gpu, repeats: usize) -> Result<(), String> {
         sorted[sorted.len() / 2]
     };
     let first = median(&solvers[0].1);
-    for ((what, _), (_, times)) in runs.iter().zip(&solvers) {
+    for ((what, _, _), (_, times)) in runs.iter().zip(&solvers) {
         let t = median(times);
         println!("{what:<28} {:>8.3} ms a substep, {:>5.2} of the first", t * 1e3, t / first);
     }

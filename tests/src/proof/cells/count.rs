@@ -3,7 +3,7 @@
 use physvideo_gpu::kernels::Clock;
 
 use crate::proof::cloud::{Cloud, grid};
-use crate::proof::lattice::{Lattice, NOWHERE};
+use crate::proof::lattice::{Lattice, NOWHERE, awake, busy};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 
 pub static CASE: Case = Case {
@@ -31,7 +31,9 @@ fn inputs(ask: Ask) -> Call {
         sorted.counts.truncate(room * 64);
     }
     let clock = Clock { particles: ask.items as u32, ..Default::default() };
-    Call::new(ask.items.div_ceil(64) + 1)
+    let awake = awake(ask.items, ask.seed);
+    Call::new(awake.len())
+        .with("awake", &awake)
         .with("keys", &sorted.keys)
         .with("table", &sorted.table)
         .with("counts", &vec![0u32; sorted.counts.len()])
@@ -46,9 +48,10 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let ranks: Vec<u32> = out.get("ranks");
     let mut counts = vec![0; got.len()];
     let mut places: Vec<Vec<u32>> = vec![Vec::new(); got.len()];
-    let mut idle = true;
+    let (mut idle, awake): (bool, Vec<u32>) = (true, call.buffers.get("awake"));
     for (p, key) in keys.iter().enumerate() {
-        let slot = if *key == NOWHERE { NOWHERE } else { table[*key as usize / 64].wrapping_sub(1) };
+        let slot =
+            if *key == NOWHERE || !busy(&awake, p) { NOWHERE } else { table[*key as usize / 64].wrapping_sub(1) };
         match counts.get_mut(slot as usize * 64 + *key as usize % 64) {
             Some(count) => {
                 *count += 1;

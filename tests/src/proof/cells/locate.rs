@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use physvideo_gpu::kernels::{Clock, Grid, Live, Particle};
 
-use crate::proof::cloud::{Cloud, QUARANTINED, grid};
-use crate::proof::lattice::{NOWHERE, key};
+use crate::proof::cloud::{ASLEEP, Cloud, QUARANTINED, grid};
+use crate::proof::lattice::{NOWHERE, awake, busy, key};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 
 pub static CASE: Case = Case {
@@ -32,7 +32,9 @@ fn inputs(ask: Ask) -> Call {
         grid.capacity = 2;
     }
     let clock = Clock { particles: ask.items as u32, quarantined: 7, ..Default::default() };
-    Call::new(ask.items.div_ceil(64) + 1)
+    let awake = awake(ask.items, ask.seed);
+    Call::new(awake.len())
+        .with("awake", &awake)
         .with("particles", &cloud.particles)
         .with("keys", &vec![0xabcd_u32; ask.items])
         .with("table", &vec![0u32; 60])
@@ -47,11 +49,15 @@ fn inputs(ask: Ask) -> Call {
 fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let grid: Grid = call.buffers.one("grid");
     let before: Vec<Particle> = call.buffers.get("particles");
-    let keys: Vec<u32> = before.iter().map(|p| key(&grid, p)).collect();
-    let touched: BTreeSet<u32> = keys.iter().filter(|k| **k != NOWHERE).map(|k| k / 64).collect();
+    let awake: Vec<u32> = call.buffers.get("awake");
+    let old: Vec<u32> = call.buffers.get("keys");
+    // Those left out keep the key they had.
+    let each = |(i, p)| if busy(&awake, i) { key(&grid, p) } else { old[i] };
+    let keys: Vec<u32> = before.iter().enumerate().map(each).collect();
+    let here = keys.iter().enumerate().filter(|(i, k)| busy(&awake, *i) && **k != NOWHERE);
+    let touched: BTreeSet<u32> = here.map(|(_, k)| k / 64).collect();
     let (mut after, mut fresh) = (before.clone(), 0);
-    for (p, key) in after.iter_mut().zip(&keys).filter(|(_, k)| **k == NOWHERE) {
-        debug_assert_eq!(*key, NOWHERE);
+    for (p, _) in after.iter_mut().zip(&keys).filter(|(p, k)| **k == NOWHERE && p.tag & ASLEEP == 0) {
         fresh += u32::from(p.tag & QUARANTINED == 0);
         p.tag |= QUARANTINED;
     }

@@ -2,8 +2,8 @@
 
 use physvideo_gpu::kernels::Clock;
 
-use crate::proof::cloud::{Cloud, grid};
-use crate::proof::lattice::{Lattice, NOWHERE};
+use crate::proof::cloud::{Cloud, QUARANTINED, grid};
+use crate::proof::lattice::{Lattice, NOWHERE, awake, busy};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 
 pub static CASE: Case = Case {
@@ -18,10 +18,24 @@ pub static CASE: Case = Case {
 };
 
 fn inputs(ask: Ask) -> Call {
-    let cloud = Cloud::new(ask).quarantined();
-    let sorted = Lattice::new(grid(), &cloud.particles, ask.seed);
+    let mut cloud = Cloud::new(ask).quarantined();
+    let awake = awake(ask.items, ask.seed);
+    let left_out = |p: usize| !busy(&awake, p);
+    for (_, p) in cloud.particles.iter_mut().enumerate().filter(|(i, _)| left_out(*i)) {
+        p.tag |= QUARANTINED;
+    }
+    let mut sorted = Lattice::new(grid(), &cloud.particles, ask.seed);
+    // What is left out has the key and the rank of an earlier time, which would put it behind all others.
+    if let Some(stale) = sorted.keys.iter().copied().find(|key| *key != NOWHERE) {
+        let placed = sorted.keys.iter().filter(|key| **key != NOWHERE).count() as u32;
+        let cell = (sorted.table[stale as usize / 64] - 1) * 64 + stale % 64;
+        for p in (0..ask.items).filter(|p| left_out(*p)) {
+            (sorted.keys[p], sorted.ranks[p]) = (stale, placed - sorted.starts[cell as usize]);
+        }
+    }
     let clock = Clock { particles: ask.items as u32, ..Default::default() };
-    Call::new(ask.items.div_ceil(64) + 1)
+    Call::new(awake.len())
+        .with("awake", &awake)
         .with("keys", &sorted.keys)
         .with("table", &sorted.table)
         .with("starts", &sorted.starts)
@@ -33,7 +47,9 @@ fn inputs(ask: Ask) -> Call {
 
 fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let (keys, order): (Vec<u32>, Vec<u32>) = (call.buffers.get("keys"), out.get("order"));
-    let sound: Vec<u32> = (0..keys.len() as u32).filter(|p| keys[*p as usize] != NOWHERE).collect();
+    let awake: Vec<u32> = call.buffers.get("awake");
+    let sound = |p: &u32| keys[*p as usize] != NOWHERE && busy(&awake, *p as usize);
+    let sound: Vec<u32> = (0..keys.len() as u32).filter(sound).collect();
     let (front, back) = order.split_at(sound.len());
     let mut named = front.to_vec();
     named.sort_unstable();

@@ -35,6 +35,7 @@ fn inputs(ask: Ask) -> Call {
         clamped_velocity: 3,
         quarantined: 4,
         particles: ask.items as u32,
+        idle_groups: ask.items.div_ceil(64) as u32 / 3,
         runs: [[7, 1, 1, 65], [0, 1, 1, ask.items as u32], [0; 4], [0; 4], [0; 4], [0; 4], [0; 4], [1, 1, 1, 1]],
         ..Default::default()
     };
@@ -68,7 +69,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let fault = was.watch != 0 && was.clamped_velocity + was.quarantined > 0;
     let early = full || fault;
     let stop = done || early;
-    let groups = if stop { 0 } else { was.particles.div_ceil(64) };
+    let groups = if stop { 0 } else { was.particles.div_ceil(64) - was.idle_groups };
     let live_want = Live {
         blocks_y: 1,
         blocks_z: 1,

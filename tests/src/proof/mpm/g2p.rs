@@ -4,7 +4,7 @@
 use physvideo_gpu::kernels::{Body, Clock, Deformation, Grid, Particle};
 
 use super::{Mat3, Vec3, affine, bodies, gradient, law, memory, spline, stress, vec3};
-use crate::proof::cloud::{Cloud, PINNED, QUARANTINED, grid};
+use crate::proof::cloud::{ASLEEP, Cloud, PINNED, QUARANTINED, grid};
 use crate::proof::lattice::{Lattice, NOWHERE};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 use crate::random::Random;
@@ -148,7 +148,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         let (p, q) = (&was[i], &now[i]);
         let bytes = |p: &Particle, d: &Deformation| [bytemuck::bytes_of(p), bytemuck::bytes_of(d)].concat();
         let meant = form == Form::All || stretch.contains(&i);
-        if !meant || sorted.keys[i] == NOWHERE || p.tag & PINNED != 0 {
+        if !meant || sorted.keys[i] == NOWHERE || p.tag & (PINNED | ASLEEP) != 0 {
             idle &= bytes(p, &def_was[i]) == bytes(q, &def_now[i]);
             continue;
         }

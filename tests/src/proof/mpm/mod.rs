@@ -15,6 +15,7 @@ pub mod p2g_float;
 pub mod spline;
 #[path = "stress.rs"]
 pub mod stress_case;
+pub mod survey;
 
 use nalgebra::{Matrix3, Vector3};
 use physvideo_gpu::kernels::family::material;

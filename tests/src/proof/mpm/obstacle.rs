@@ -41,7 +41,7 @@ pub fn contact(c: &Collider, x: Vec3, v: Vec3, t: f64, reach: f64) -> (Vec3, f64
 }
 
 /// Of each surface that is met for itself: signed distance, outward normal, by how much the choice of it was unique.
-fn shape(kind: u32, size: Vec3, r: Vec3) -> Vec<(f64, Vec3, f64)> {
+pub fn shape(kind: u32, size: Vec3, r: Vec3) -> Vec<(f64, Vec3, f64)> {
     let one = match kind {
         1 => (r.dot(&size), size, f64::INFINITY),
         2 => (r.norm() - size[0], r.normalize(), r.norm()),

@@ -3,6 +3,7 @@
 use physvideo_gpu::kernels::{Clock, Deformation, Particle, Return};
 
 use crate::proof::cloud::{Cloud, PINNED, QUARANTINED, body_count};
+use crate::proof::lattice::{awake, busy};
 use crate::proof::mpm::{Vec3, vec3};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 
@@ -55,10 +56,12 @@ fn inputs(ask: Ask) -> Call {
         }
     }
     if let Some(p) = cloud.particles.get_mut(40) {
-        (p.tag, p.x) = (p.tag | QUARANTINED, [0.0, 0.3, 0.2]);
+        (p.tag, p.x) = (1 | QUARANTINED, [0.0, 0.3, 0.2]); // of a body that returns from a box
     }
     let turns: Vec<u32> = (0..ask.items as u32).map(|i| i * 7 % 5).collect();
-    Call::new(ask.items.div_ceil(64) + 1)
+    let awake = awake(ask.items, ask.seed);
+    Call::new(awake.len())
+        .with("awake", &awake)
         .with("particles", &cloud.particles)
         .with("deformations", &cloud.deformations)
         .with("turns", &turns)
@@ -74,12 +77,13 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let (was, now): (Vec<Deformation>, Vec<Deformation>) = (input.get("deformations"), out.get("deformations"));
     let (turns, returns): (Vec<u32>, Vec<Return>) = (input.get("turns"), input.get("returns"));
     let (mut kept, mut fresh, mut boxed, mut total) = (true, true, true, 3);
+    let awake: Vec<u32> = input.get("awake");
     let mut want_turns = turns.clone();
     let mut places = Vec::new();
     for (i, (p, q)) in before.iter().zip(&after).enumerate() {
         let to = &returns[(p.tag & 0xff) as usize];
         let arrived = p.x.iter().all(|c| c.is_finite()) && inside(to, vec3(&p.x)) > 0.0;
-        if p.tag & (PINNED | QUARANTINED) != 0 || !arrived {
+        if p.tag & (PINNED | QUARANTINED) != 0 || !arrived || !busy(&awake, i) {
             let same = |a: &[u8], b: &[u8]| a == b;
             kept &= same(bytemuck::bytes_of(p), bytemuck::bytes_of(q))
                 && same(bytemuck::bytes_of(&was[i]), bytemuck::bytes_of(&now[i]));

@@ -1,0 +1,51 @@
+//! Which solver moves the bodies of a world, and why: the reason is part of the plan. Opens no device.
+
+use crate::scene::{Elastic, Kind, Problem};
+use crate::stages::lagrangian;
+use crate::world::World;
+
+/// The solver of a world.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Choice {
+    /// Every body on a grid of its own, instead of all on one (MPM).
+    pub total_lagrangian: bool,
+    /// Why.
+    pub why: String,
+}
+
+/// Chooses the solver of `world` as `simulation.elastic` asks.
+///
+/// # Errors
+/// A world that cannot be simulated as asked.
+pub fn choose(asked: Elastic, world: &World) -> Result<Choice, Problem> {
+    let mpm = |why: String| Ok(Choice { total_lagrangian: false, why });
+    if asked == Elastic::UpdatedLagrangian || world.bodies.is_empty() {
+        return mpm("as `simulation.elastic` asks".into());
+    }
+    let obstacle = lagrangian::fit(world).err().map(|(i, why)| format!("'{}' {why}", world.bodies[i].name));
+    // Bodies on grids of their own do not feel each other.
+    let obstacle = obstacle.or_else(|| {
+        (world.bodies.len() > 1).then(|| "several bodies may touch, which grids of their own do not know of".into())
+    });
+    let thin = || {
+        let found = lagrangian::thin(world).filter(|_| asked == Elastic::Auto)?;
+        Some(format!("'{}' has parts less than two particles thick, which would fold", world.bodies[found].name))
+    };
+    // What falls and hits rings on without damping; MPM's own calms it.
+    let loose = || {
+        let found = world.bodies.iter().find(|b| !b.pinned.contains(&true)).filter(|_| asked == Elastic::Auto)?;
+        Some(format!("nothing holds '{}', and after an impact it would ring on undamped", found.name))
+    };
+    match (obstacle.or_else(thin).or_else(loose), asked) {
+        (Some(why), Elastic::TotalLagrangian) => {
+            let message = format!("the bodies cannot be simulated on grids of their own: {why}");
+            let help = "take \"auto\" or \"updated_lagrangian\"";
+            Err(Problem::new(Kind::Conflict, "simulation.elastic", message).help(help))
+        }
+        (Some(why), _) => mpm(why),
+        (None, _) => Ok(Choice {
+            total_lagrangian: true,
+            why: "one elastic body on a regular lattice, which neither tears nor flows".into(),
+        }),
+    }
+}

@@ -1,0 +1,141 @@
+//! A frame: batches of substeps until the device says that it is done, and the guard behind them.
+
+use std::sync::atomic::Ordering;
+
+use physvideo_gpu::kernels::Clock;
+use physvideo_gpu::{GpuError, Groups, Recording};
+
+use super::{BATCH, Lagrangian};
+use crate::stages::solver::FrameStats;
+
+/// Attempts at a frame that are taken back.
+const MOST_REJECTED: u32 = 3;
+/// Share of the energy in motion and deformation that may have come from nowhere in a frame: what a body took from a
+/// contact it began the frame in is far less, and a step beyond the limit doubles it in a few steps.
+const MOST_GAINED: f64 = 0.5;
+/// What the Courant number is multiplied by then. A point alone in its cell has Σ g²/w = 4.36 along each axis, so it stands
+/// 0.958 / sqrt((3λ + 2μ)/(λ + 2μ)), 0.69 at ν = 0.32 and 0.59 at ν = 0.45; 0.75 comes below that at once.
+const SMALLER: f32 = 0.78;
+
+impl Lagrangian<'_> {
+    fn stopped(&self) -> bool {
+        self.stop.as_ref().is_some_and(|asked| asked.load(Ordering::Relaxed))
+    }
+
+    /// Begins a frame of `length` seconds without running it, for whoever submits substeps recorded with
+    /// [`Lagrangian::record_substep`].
+    ///
+    /// # Errors
+    /// The device's refusal.
+    pub fn start_clock(&self, length: f32) -> Result<(), GpuError> {
+        self.begin(length, false)
+    }
+
+    fn begin(&self, length: f32, watch: bool) -> Result<(), GpuError> {
+        let lanes = self.lanes();
+        let clock = Clock {
+            frame_start: self.time as f32,
+            frame_length: length,
+            dx: self.dx,
+            courant: self.courant,
+            longest: self.longest,
+            watch: u32::from(watch),
+            wave_speed: self.wave_speed,
+            force_dt: self.force_dt,
+            speed_bits: self.speed.to_bits(),
+            particles: lanes,
+            particle_groups: [lanes.div_ceil(64), 1, 1],
+            ..Default::default()
+        };
+        self.gpu.write(self.clock, 0, &[clock])
+    }
+
+    /// Ends a frame: the last half of the last kick (the clock has stopped, dt is 0), and the particles.
+    fn finish(&mut self) -> Result<(), GpuError> {
+        let mut rec = Recording::new("finish");
+        self.record_step(&mut rec, Groups::Direct([self.lanes().div_ceil(64), 1, 1]));
+        self.gpu.run(&rec)?;
+        self.sample()
+    }
+
+    /// The longest of the kernels; the clock counts workgroups for it.
+    fn lanes(&self) -> u32 {
+        self.sizes.nodes.max(self.sizes.cells).max(self.sizes.skins)
+    }
+
+    /// Runs batches until the device says that `length` seconds have passed, or gives the attempt up.
+    fn attempt(&mut self, length: f32, watch: bool) -> Result<Clock, GpuError> {
+        self.begin(length, watch)?;
+        if self.batch.is_none() {
+            let mut rec = Recording::new("substeps");
+            (0..BATCH).for_each(|_| self.record_substep(&mut rec));
+            self.batch = Some(self.gpu.prepare(&rec)?);
+        }
+        loop {
+            if let Some(batch) = &self.batch {
+                batch.submit()?;
+            }
+            let clock = self.gpu.read(self.clock)?[0];
+            if clock.particle_groups[0] == 0 || self.stopped() {
+                return Ok(clock);
+            }
+        }
+    }
+
+    /// Advances by one frame of `length` seconds.
+    ///
+    /// A frame in which a body ran away (‖F‖ over 17) or a node was not finite is taken back as soon as that shows, and one in
+    /// which energy came from nowhere (where only gravity works) at its end; it is repeated with a Courant number 0.78 times as large, which the run then keeps. Three times a frame at most; where
+    /// that does not help, the run returns to its own steps, and what happens is counted.
+    ///
+    /// # Errors
+    /// The device's refusal.
+    pub fn frame(&mut self, length: f32) -> Result<FrameStats, GpuError> {
+        let mut stats = FrameStats::default();
+        if self.sizes.cells == 0 {
+            self.time += f64::from(length);
+            return Ok(stats);
+        }
+        let mut save = Recording::new("save");
+        self.state.copy(&self.saved, &mut save);
+        self.gpu.run(&save)?;
+        let mut back = Recording::new("back");
+        self.saved.copy(&self.state, &mut back);
+        let began = self.courant;
+        let before = if self.guarded && self.closed { Some(self.energy()?) } else { None };
+        loop {
+            let watch = self.guarded && stats.rejected < MOST_REJECTED;
+            let clock = self.attempt(length, watch)?;
+            stats.substeps += clock.substeps;
+            if clock.particle_groups[0] > 0 {
+                self.gpu.run(&back)?;
+                stats.stopped = true;
+                return Ok(stats);
+            }
+            let mut bad = clock.clamped_velocity + clock.quarantined > 0;
+            self.finish()?;
+            if let (Some((own, potential)), true, false) = (before, watch, bad) {
+                let now = self.energy()?;
+                let gained = now.0 + now.1 - own - potential;
+                bad = gained.is_nan() || gained > MOST_GAINED * now.0 + self.noise;
+            }
+            if bad && watch {
+                self.gpu.run(&back)?;
+                stats.rejected += 1;
+                self.courant *= SMALLER;
+                continue;
+            }
+            if bad && self.guarded {
+                (self.guarded, self.courant) = (false, began);
+            }
+            self.speed = f32::from_bits(clock.speed_bits);
+            stats.dt = (clock.dt_min, clock.dt_max);
+            stats.clamped_velocity = clock.clamped_velocity;
+            stats.clamped_strain = clock.clamped_strain;
+            stats.clamped_volume = clock.clamped_volume;
+            stats.quarantined = clock.quarantined;
+            self.time += f64::from(length);
+            return Ok(stats);
+        }
+    }
+}

@@ -1,0 +1,412 @@
+//! Elastic bodies on grids of their own, in total-Lagrangian form: the displacement of the nodes of a body's reference
+//! grid is the only unknown, its particles are quadrature points, F = I + Σ u ⊗ ∇N and f = −Σ V0 P(F) ∇N with weights
+//! that never change (for quadratic B-splines; de Vaucorbeil 2020). No transfer, no sort, no diffusion; bodies neither
+//! tear nor flow. Parts closer than two cells at rest share nodes and act as glued; bodies do not feel each other. Places
+//! are kept as displacements in f32: far from where it started, a body's strain is rounded to 6e-8 of that way per cell.
+//! Records a batch of substeps once and submits it until the device says that the frame is done.
+
+mod clamp;
+mod frame;
+mod lattice;
+mod reference;
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use bytemuck::Zeroable;
+use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Forces, Live, Member, Particle, lagrangian, mpm};
+use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Prepared, Recording};
+
+use self::reference::Reference;
+use super::cells::PARTICLE_GROUPS;
+use super::solver::{FrameStats, Measure, Solver};
+use crate::world::World;
+
+pub use self::lattice::Unfit;
+pub use self::reference::{fit, thin};
+
+/// Substeps in a command buffer.
+const BATCH: u32 = 32;
+/// Fields, and obstacles, that fit in one scene.
+const MOST: usize = 16;
+/// Flag of a particle that is held (`PINNED` in WGSL).
+const PINNED: u32 = 0x4000_0000;
+
+/// Why there is no solver.
+#[derive(Debug, thiserror::Error)]
+pub enum LagrangianError {
+    /// A body that cannot be on a grid of its own.
+    #[error("'{0}' {1}")]
+    Unfit(String, Unfit),
+    /// The device's refusal.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+}
+
+/// The solver over one world.
+pub struct Lagrangian<'gpu> {
+    gpu: &'gpu Gpu,
+    particles: Buf<Particle>,
+    deformations: Buf<Deformation>,
+    bodies: Buf<kernels::Body>,
+    solids: Buf<kernels::Solid>,
+    forces: Buf<Forces>,
+    colliders: Buf<Colliders>,
+    clock: Buf<Clock>,
+    /// For the clock it shares with MPM, which counts blocks of a grid there.
+    live: Buf<Live>,
+    nodes: Buf<kernels::ElasticNode>,
+    cells: Buf<kernels::ElasticCell>,
+    skins: Buf<kernels::Skin>,
+    rests: Buf<kernels::Rest>,
+    state: State,
+    saved: State,
+    /// What each cell gives to its 27 nodes [N].
+    shares: Buf<[f32; 4]>,
+    /// Forces of contact on each point at the surface and its faces [N], and their energy [J].
+    pushes: Buf<[f32; 4]>,
+    sums: Buf<kernels::Sums>,
+    sizes: kernels::Reference,
+    constants: Constants,
+    batch: Option<Prepared<'gpu>>,
+    /// On the host: masses and places of the nodes, for sums in f64.
+    lumps: Vec<Lump>,
+    ranges: Vec<std::ops::Range<usize>>,
+    skin_ranges: Vec<std::ops::Range<usize>>,
+    held: Vec<f64>,
+    /// Gravity that each body feels [m/s²].
+    weights: Vec<[f64; 3]>,
+    /// Nothing but gravity does work: no field, and no obstacle moves.
+    closed: bool,
+    /// Energy that rounding may seem to make: a ten-thousandth of lifting everything by a cell [J].
+    noise: f64,
+    particle_ranges: Vec<std::ops::Range<u64>>,
+    time: f64,
+    courant: f32,
+    wave_speed: f32,
+    force_dt: f32,
+    longest: f32,
+    stop: Option<Arc<AtomicBool>>,
+    /// Frames that go wrong are repeated with smaller steps.
+    guarded: bool,
+    /// There is something to touch; without it no contact is recorded.
+    obstacles: bool,
+    /// What limited the last step: a wave, or the approach to an obstacle on top of one [m/s].
+    speed: f32,
+    dx: f32,
+}
+
+/// What changes from step to step.
+#[derive(Clone, Copy)]
+struct State {
+    /// Displacement of the nodes [m].
+    u: Buf<[f32; 4]>,
+    /// Their velocity [m/s], and in w the last step [s].
+    v: Buf<[f32; 4]>,
+    /// Where points at the surface took hold of an obstacle.
+    grips: Buf<[f32; 4]>,
+}
+
+impl State {
+    fn new(gpu: &Gpu, names: [&str; 3], nodes: u64, skins: u64) -> Result<Self, GpuError> {
+        let alloc = |name: &str, len| gpu.alloc("run", &format!("lagrangian/{name}"), len);
+        Ok(Self { u: alloc(names[0], nodes)?, v: alloc(names[1], nodes)?, grips: alloc(names[2], skins)? })
+    }
+
+    fn copy(&self, to: &Self, rec: &mut Recording) {
+        rec.copy(self.u, to.u);
+        rec.copy(self.v, to.v);
+        rec.copy(self.grips, to.grips);
+    }
+}
+
+/// A node as the host sums it.
+struct Lump {
+    /// Lumped mass [kg].
+    m: f64,
+    /// Place at rest [m].
+    x: [f64; 3],
+}
+
+impl<'gpu> Lagrangian<'gpu> {
+    /// Uploads a world.
+    ///
+    /// # Errors
+    /// A body that does not qualify (see [`fit`]), or the device's refusal.
+    pub fn new(gpu: &'gpu Gpu, world: &World) -> Result<Self, LagrangianError> {
+        let reference =
+            Reference::new(world).map_err(|(i, why)| LagrangianError::Unfit(world.bodies[i].name.clone(), why))?;
+        let (particles, deformations) = initial_particles(world);
+        let mut particle_ranges = Vec::new();
+        let mut first = 0;
+        for body in &world.bodies {
+            particle_ranges.push(first..first + body.positions.len() as u64);
+            first += body.positions.len() as u64;
+        }
+        let mut forces = Forces::zeroed();
+        forces.count = world.fields.len().min(MOST) as u32;
+        for (slot, field) in forces.d.iter_mut().zip(&world.fields) {
+            *slot = *field;
+        }
+        let mut colliders = Colliders::zeroed();
+        colliders.count = world.colliders.len().min(MOST) as u32;
+        for (slot, collider) in colliders.d.iter_mut().zip(&world.colliders) {
+            *slot = *collider;
+        }
+        let sizes = kernels::Reference {
+            dx: world.dx,
+            nodes: reference.nodes.len() as u32,
+            cells: reference.cells.len() as u32,
+            skins: reference.skins.len() as u32,
+            points: particles.len() as u32,
+        };
+        let (nodes, skins) = (u64::from(sizes.nodes), u64::from(sizes.skins));
+        let state = State::new(gpu, ["u", "v", "grips"], nodes, skins)?;
+        gpu.write(state.v, 0, &reference.velocities)?;
+        let lump = |(n, m): (&kernels::ElasticNode, &f64)| Lump { m: *m, x: n.x.map(f64::from) };
+        let lumps = reference.nodes.iter().zip(&reference.masses).map(lump).collect();
+        let mut solver = Self {
+            gpu,
+            particles: gpu.upload("run", "lagrangian/particles", &particles)?,
+            deformations: gpu.upload("run", "lagrangian/deformations", &deformations)?,
+            bodies: gpu.upload(
+                "run",
+                "lagrangian/bodies",
+                &world.bodies.iter().map(|b| b.constants(world.gravity, world.dx)).collect::<Vec<_>>(),
+            )?,
+            solids: gpu.upload("run", "lagrangian/solids", &reference.solids)?,
+            forces: gpu.upload("run", "lagrangian/forces", &[forces])?,
+            colliders: gpu.upload("run", "lagrangian/colliders", &[colliders])?,
+            clock: gpu.alloc("run", "lagrangian/clock", 1)?,
+            live: gpu.alloc("run", "lagrangian/live", 1)?,
+            nodes: gpu.upload("run", "lagrangian/nodes", &reference.nodes)?,
+            cells: gpu.upload("run", "lagrangian/cells", &reference.cells)?,
+            skins: gpu.upload("run", "lagrangian/skins", &reference.skins)?,
+            rests: gpu.upload("run", "lagrangian/rests", &reference.rests)?,
+            state,
+            saved: State::new(gpu, ["saved_u", "saved_v", "saved_grips"], nodes, skins)?,
+            shares: gpu.alloc("run", "lagrangian/shares", 27 * u64::from(sizes.cells))?,
+            pushes: gpu.alloc("run", "lagrangian/pushes", 4 * skins)?,
+            sums: gpu.alloc("run", "lagrangian/sums", u64::from(sizes.points).div_ceil(64))?,
+            sizes,
+            constants: constants(world),
+            batch: None,
+            lumps,
+            ranges: reference.ranges,
+            skin_ranges: reference.skin_ranges,
+            held: reference.held,
+            noise: 1e-4
+                * reference.masses.iter().sum::<f64>()
+                * f64::from(world.dx)
+                * world.gravity.iter().map(|g| f64::from(*g).abs()).sum::<f64>(),
+            weights: reference.solids.iter().map(|s| s.gravity.map(f64::from)).collect(),
+            closed: world.fields.is_empty()
+                && world.colliders.iter().all(|c| c.velocity == [0.0; 4] && c.spin == [0.0; 4]),
+            particle_ranges,
+            time: 0.0,
+            courant: world.courant,
+            wave_speed: world.wave_speeds().1,
+            force_dt: world.force_dt.unwrap_or(0.0),
+            longest: world.longest_step(),
+            stop: None,
+            guarded: world.force_dt.is_none(),
+            obstacles: !world.colliders.is_empty(),
+            speed: 0.0,
+            dx: world.dx,
+        };
+        solver.sample()?;
+        Ok(solver)
+    }
+
+    /// Bytes that [`Lagrangian::new`] will allocate, before any is made; 0 where it will refuse.
+    pub fn bytes(world: &World) -> u64 {
+        let Ok(r) = Reference::new(world) else { return 0 };
+        let (nodes, cells, skins) = (r.nodes.len() as u64, r.cells.len() as u64, r.skins.len() as u64);
+        let each = (size_of::<Particle>() + size_of::<Deformation>() + size_of::<kernels::Rest>() + 1) as u64;
+        let node = (size_of::<kernels::ElasticNode>() + 4 * 16) as u64;
+        let cell = (size_of::<kernels::ElasticCell>() + 27 * 16) as u64;
+        let skin = (size_of::<kernels::Skin>() + (2 + 4) * 16) as u64;
+        each * r.rests.len() as u64 + node * nodes + cell * cells + skin * skins
+    }
+
+    /// Bodies' ranges in the particle buffer.
+    pub fn ranges(&self) -> &[std::ops::Range<u64>] {
+        &self.particle_ranges
+    }
+
+    /// Number of nodes of all bodies.
+    pub fn nodes(&self) -> u32 {
+        self.sizes.nodes
+    }
+
+    /// Overwrites displacement [m] and velocity [m/s] of the nodes: `of` gets the place of each at rest. For tests and
+    /// for who goes on from a known state; held nodes are the caller's to spare.
+    ///
+    /// # Errors
+    /// The device's refusal.
+    pub fn set(&mut self, of: impl Fn([f64; 3]) -> ([f64; 3], [f64; 3])) -> Result<(), GpuError> {
+        let both: Vec<_> = self.lumps.iter().map(|n| of(n.x)).collect();
+        let as_vec4 = |v: [f64; 3]| [v[0] as f32, v[1] as f32, v[2] as f32, 0.0];
+        self.gpu.write(self.state.u, 0, &both.iter().map(|b| as_vec4(b.0)).collect::<Vec<_>>())?;
+        self.gpu.write(self.state.v, 0, &both.iter().map(|b| as_vec4(b.1)).collect::<Vec<_>>())?;
+        self.sample()
+    }
+
+    /// One substep: clock, contact, forces, nodes.
+    pub fn record_substep(&self, rec: &mut Recording) {
+        let k = &self.constants;
+        let Self { clock, live, .. } = *self;
+        rec.call(&mpm::Clock { clock, live }, k, Groups::Direct([1, 1, 1]));
+        self.record_step(rec, Groups::Indirect(clock.erase(), PARTICLE_GROUPS));
+    }
+
+    /// Contact, forces, nodes, with the step that the clock says.
+    fn record_step(&self, rec: &mut Recording, groups: Groups) {
+        let k = &self.constants;
+        let Self { cells, solids, skins, colliders, forces, nodes, clock, shares, pushes, .. } = *self;
+        let State { u, v, grips } = self.state;
+        let immediates = self.sizes;
+        if self.obstacles {
+            let contact = lagrangian::Contact {
+                cells,
+                solids,
+                skins,
+                u,
+                v,
+                colliders,
+                grips_was: grips,
+                grips,
+                pushes,
+                clock,
+                immediates,
+            };
+            rec.call(&contact, k, groups);
+        }
+        rec.call(&lagrangian::Force { cells, solids, u, pushes, shares, clock, immediates }, k, groups);
+        let advance =
+            lagrangian::Advance { nodes, solids, shares, forces, u_was: u, v_was: v, u, v, clock, immediates };
+        rec.call(&advance, k, groups);
+    }
+
+    /// Brings the particles up to date with the nodes.
+    fn sample(&mut self) -> Result<(), GpuError> {
+        let Self { cells, rests, particles, deformations, sizes: immediates, .. } = *self;
+        let State { u, v, .. } = self.state;
+        let mut rec = Recording::new("sample");
+        let sample = lagrangian::Sample { cells, u, v, rests, particles, deformations, immediates };
+        rec.each(&sample, &self.constants, u64::from(self.sizes.points));
+        self.gpu.run(&rec).map(|_| ())
+    }
+
+    /// Energy of all bodies: in motion and deformation, and in gravity [J].
+    fn energy(&self) -> Result<(f64, f64), GpuError> {
+        let (mut own, mut potential) = (0.0, 0.0);
+        let u = self.gpu.read(self.state.u)?;
+        for (index, range) in self.ranges.iter().enumerate() {
+            let m = self.measure(index)?;
+            own += m.kinetic + m.elastic;
+            for (Lump { m, x }, u) in self.lumps[range.clone()].iter().zip(&u[range.clone()]) {
+                potential -= m * (0..3).map(|a| self.weights[index][a] * (x[a] + f64::from(u[a]))).sum::<f64>();
+            }
+        }
+        Ok((own, potential))
+    }
+
+    /// Sums over body `index`: motion from the nodes, in f64; energy (that of its contact included) and height from the
+    /// particles.
+    ///
+    /// # Errors
+    /// The device's refusal.
+    pub fn measure(&self, index: usize) -> Result<Measure, GpuError> {
+        let immediates = kernels::Only { body: index as u32, count: self.sizes.points };
+        let Self { particles, deformations, bodies, sums, .. } = *self;
+        let mut rec = Recording::new("measure");
+        let measure = mpm::Measure { particles, deformations, bodies, sums, immediates };
+        rec.each(&measure, &self.constants, u64::from(self.sizes.points));
+        self.gpu.run(&rec)?;
+        let mut out = Measure::default();
+        for s in self.gpu.read(sums)? {
+            out.elastic += f64::from(s.elastic);
+            out.height += f64::from(s.height);
+            out.quarantined += s.lost as u32;
+            out.speed = out.speed.max(f64::from(s.speed));
+        }
+        let (u, v) = (self.gpu.read(self.state.u)?, self.gpu.read(self.state.v)?);
+        // Springs of contact belong to the body they push.
+        let pushes = self.gpu.read(self.pushes)?;
+        let skins = self.skin_ranges.get(index).cloned().unwrap_or_default();
+        out.elastic += skins.map(|i| f64::from(pushes[4 * i][3])).sum::<f64>();
+        let range = self.ranges.get(index).cloned().unwrap_or_default();
+        out.mass = self.held.get(index).copied().unwrap_or_default();
+        for i in range {
+            let Lump { m, x } = &self.lumps[i];
+            let x: [f64; 3] = std::array::from_fn(|a| x[a] + f64::from(u[i][a]));
+            let p: [f64; 3] = std::array::from_fn(|a| m * f64::from(v[i][a]));
+            out.mass += m;
+            for a in 0..3 {
+                let (b, c) = ((a + 1) % 3, (a + 2) % 3);
+                out.momentum[a] += p[a];
+                out.spin[a] += x[b] * p[c] - x[c] * p[b];
+                out.kinetic += 0.5 * p[a] * f64::from(v[i][a]);
+            }
+        }
+        Ok(out)
+    }
+}
+
+/// Overrides: the members of each family that this world uses.
+fn constants(world: &World) -> Constants {
+    let uses = |member: &Member| match member.family {
+        "material" | "piola" => world.bodies.iter().any(|b| b.material.law().material == member.kind),
+        "field" => world.fields.iter().any(|f| f.kind == member.kind),
+        _ => world.colliders.iter().any(|c| c.shape == member.kind),
+    };
+    let flag = |on: bool| if on { 1.0 } else { 0.0 };
+    kernels::MEMBERS.iter().fold(Constants::none(), |all, member| all.with(member.flag, flag(uses(member))))
+}
+
+/// Particles at the start. Those that are held never change.
+fn initial_particles(world: &World) -> (Vec<Particle>, Vec<Deformation>) {
+    let mut particles = Vec::new();
+    let mut deformations = Vec::new();
+    for (tag, body) in world.bodies.iter().enumerate() {
+        for (i, x) in body.positions.iter().enumerate() {
+            let held = if body.pinned.get(i) == Some(&true) { PINNED } else { 0 };
+            let m = body.density * body.particle_volume;
+            particles.push(Particle { x: *x, m, tag: tag as u32 | held, ..Particle::zeroed() });
+            let unit = |a: usize, w: f32| std::array::from_fn(|i| if i == 3 { w } else { f32::from(u8::from(i == a)) });
+            deformations.push(Deformation { f0: unit(0, body.particle_volume), f1: unit(1, 0.0), f2: unit(2, 0.0) });
+        }
+    }
+    (particles, deformations)
+}
+
+impl Solver for Lagrangian<'_> {
+    fn frame(&mut self, length: f32) -> Result<FrameStats, GpuError> {
+        Lagrangian::frame(self, length)
+    }
+
+    fn measure(&self, index: usize) -> Result<Measure, GpuError> {
+        Lagrangian::measure(self, index)
+    }
+
+    fn time(&self) -> f64 {
+        self.time
+    }
+
+    fn stop_when(&mut self, asked: Arc<AtomicBool>) {
+        self.stop = Some(asked);
+    }
+
+    fn particles(&self) -> Buf<Particle> {
+        self.particles
+    }
+
+    fn deformations(&self) -> Buf<Deformation> {
+        self.deformations
+    }
+
+    fn deterministic(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,186 @@
+//! use lib/clock lib/reference
+//! family piola
+// Forces of each cell on its 27 nodes, f = −Σ V0 P(F) ∇N with F = I + Σ u ⊗ ∇N at its points, and what pushes their
+// surface: Σ N f. One lane a cell; sums go axis by axis, down to the points and back up.
+//! texels cells: ElasticCell
+//! texels solids: Solid
+//! texels u: vec4f
+//! texels pushes: vec4f
+
+// ‖F‖² above which the step has run away: no body is stretched that far, and what grows by itself soon is.
+override MOST_STRETCH: f32 = 300.0;
+
+// Waves so much faster than at rest are left to the margin of the Courant number.
+override SLACK: f32 = 1.1;
+
+struct Vectors { d: array<vec4f> }
+@group(0) @binding(0) var cells: texture_1d<u32>;
+@group(0) @binding(1) var solids: texture_1d<u32>;
+@group(0) @binding(2) var u: texture_1d<u32>;           // displacement of the nodes [m]
+@group(0) @binding(3) var pushes: texture_1d<u32>;      // four a point at the surface, see `contact`
+@group(0) @binding(4) var<storage, read_write> shares: Vectors;     // node 0 of every cell, node 1 of every cell, …
+@group(0) @binding(5) var<storage, read_write> clock: Clock;
+var<immediate> reference: Reference;
+
+// At the lower and at the upper quarter of a cell.
+struct Two { a: vec3f, b: vec3f }
+// At the nodes below, at and above a cell.
+struct Three { l: vec3f, m: vec3f, r: vec3f }
+
+fn values(n: Three) -> Two {
+    let even = 0.6875 * n.m + 0.15625 * (n.l + n.r);
+    let odd = 0.125 * (n.r - n.l);
+    return Two(even - odd, even + odd);
+}
+
+fn slopes(n: Three) -> Two {
+    let odd = 0.5 * (n.r - n.l);
+    let even = 0.25 * (n.l + n.r) - 0.5 * n.m;
+    return Two(odd - even, odd + even);
+}
+
+// The way back, transposed.
+fn spread_values(p: Two) -> Three {
+    let s = 0.15625 * (p.a + p.b);
+    let d = 0.125 * (p.b - p.a);
+    return Three(s - d, 0.6875 * (p.a + p.b), s + d);
+}
+
+fn spread_slopes(p: Two) -> Three {
+    let s = 0.5 * (p.a + p.b);
+    let d = 0.25 * (p.b - p.a);
+    return Three(d - s, -2.0 * d, d + s);
+}
+
+fn add(p: Three, q: Three) -> Three {
+    return Three(p.l + q.l, p.m + q.m, p.r + q.r);
+}
+
+// Along x done: values and slopes.
+struct Line { v: Two, x: Two }
+
+fn line(first: u32) -> Line {
+    let n = Three(texel(u, first).xyz, texel(u, first + 1u).xyz, texel(u, first + 2u).xyz);
+    return Line(values(n), slopes(n));
+}
+
+// Along x and y done; the first letter is what, the second where along x.
+struct Layer { va: Two, vb: Two, xa: Two, xb: Two, ya: Two, yb: Two }
+
+fn layer(rows: vec3u) -> Layer {
+    let l = line(rows.x);
+    let m = line(rows.y);
+    let r = line(rows.z);
+    let a = Three(l.v.a, m.v.a, r.v.a);
+    let b = Three(l.v.b, m.v.b, r.v.b);
+    return Layer(values(a), values(b), values(Three(l.x.a, m.x.a, r.x.a)), values(Three(l.x.b, m.x.b, r.x.b)),
+        slopes(a), slopes(b));
+}
+
+// What the two points of a column along z give to its three layers: by ∇N along x, along y, and the rest.
+struct Column { x: Three, y: Three, v: Three }
+
+var<private> squeezed: u32;
+var<private> torn: u32;
+var<private> stiffest: f32;
+
+// P at a point, times −V0/dx.
+fn piola_at(solid: Solid, x: vec3f, y: vec3f, z: vec3f, exists: bool) -> mat3x3f {
+    let inv = 1.0 / reference.dx;
+    let f = mat3x3f(vec3f(1.0, 0.0, 0.0) + inv * x, vec3f(0.0, 1.0, 0.0) + inv * y, vec3f(0.0, 0.0, 1.0) + inv * z);
+    let size = dot(f[0], f[0]) + dot(f[1], f[1]) + dot(f[2], f[2]);
+    let answer = piola(solid.material, solid, f);
+    let p = answer.p;
+    stiffest = max(stiffest, select(0.0, answer.stiff, exists));
+    let kept = select(0.0, -solid.volume * inv, exists);
+    squeezed += select(0u, 1u, exists && dot(f[0], cross(f[1], f[2])) < LEAST_VOLUME);
+    // NaN compares as false.
+    torn += select(0u, 1u, exists && !(size <= MOST_STRETCH));
+    return mat3x3f(kept * p[0], kept * p[1], kept * p[2]);
+}
+
+// Texel `which` of what pushes a point: 0 the point itself, 1, 2, 3 its faces along x, y, z.
+fn push(mask: u32, skin: u32, corner: u32, which: u32) -> vec4f {
+    if (((mask >> (8u + corner)) & 1u) == 0u) { return vec4f(0.0); }
+    return texel(pushes, 4u * (skin + countOneBits((mask >> 8u) & ((1u << corner) - 1u))) + which);
+}
+
+// A force f on a face d cells above its point reaches the nodes by N + d N' + d²/2 N″ of the point, d² = 1/16; and
+// N″ = 2 (N'(1/4) − N'(−1/4)) in cells. So each face adds to the two points along its axis in the place of stress.
+struct Pushed { f: vec3f, p: mat3x3f }
+
+fn pushed(mask: u32, skin: u32, corner: u32) -> Pushed {
+    let own = push(mask, skin, corner, 0u).xyz;
+    let x = push(mask, skin, corner, 1u);
+    let y = push(mask, skin, corner, 2u);
+    let z = push(mask, skin, corner, 3u);
+    let bend_x = (x.xyz + push(mask, skin, corner ^ 1u, 1u).xyz) * select(-0.0625, 0.0625, (corner & 1u) != 0u);
+    let bend_y = (y.xyz + push(mask, skin, corner ^ 2u, 2u).xyz) * select(-0.0625, 0.0625, (corner & 2u) != 0u);
+    let bend_z = (z.xyz + push(mask, skin, corner ^ 4u, 3u).xyz) * select(-0.0625, 0.0625, (corner & 4u) != 0u);
+    return Pushed(own + x.xyz + y.xyz + z.xyz, mat3x3f(x.w * x.xyz + bend_x, y.w * y.xyz + bend_y, z.w * z.xyz + bend_z));
+}
+
+fn column(solid: Solid, v: Three, x: Three, y: Three, mask: u32, skin: u32, corner: u32) -> Column {
+    let fx = values(x);
+    let fy = values(y);
+    let fz = slopes(v);
+    var p = piola_at(solid, fx.a, fy.a, fz.a, ((mask >> corner) & 1u) != 0u);
+    var q = piola_at(solid, fx.b, fy.b, fz.b, ((mask >> (corner + 4u)) & 1u) != 0u);
+    var f = Two(vec3f(0.0), vec3f(0.0));
+    if ((mask & 0xff00u) != 0u) {
+        let a = pushed(mask, skin, corner);
+        let b = pushed(mask, skin, corner + 4u);
+        p += a.p;
+        q += b.p;
+        f = Two(a.f, b.f);
+    }
+    return Column(spread_values(Two(p[0], q[0])), spread_values(Two(p[1], q[1])),
+        add(spread_slopes(Two(p[2], q[2])), spread_values(f)));
+}
+
+// One row of nodes: what its two ends along x got.
+fn put_row(to: u32, x: Two, v: Two) {
+    let n = add(spread_slopes(x), spread_values(v));
+    let cells = reference.cells;
+    shares.d[to] = vec4f(n.l, 0.0);
+    shares.d[to + cells] = vec4f(n.m, 0.0);
+    shares.d[to + 2u * cells] = vec4f(n.r, 0.0);
+}
+
+// One layer of nodes from the four columns; the first letter is where along x, the second along y.
+fn put_layer(to: u32, xaa: vec3f, xab: vec3f, xba: vec3f, xbb: vec3f, yaa: vec3f, yab: vec3f, yba: vec3f, ybb: vec3f,
+    vaa: vec3f, vab: vec3f, vba: vec3f, vbb: vec3f) {
+    let xa = spread_values(Two(xaa, xab));
+    let xb = spread_values(Two(xba, xbb));
+    let va = add(spread_slopes(Two(yaa, yab)), spread_values(Two(vaa, vab)));
+    let vb = add(spread_slopes(Two(yba, ybb)), spread_values(Two(vba, vbb)));
+    put_row(to, Two(xa.l, xb.l), Two(va.l, vb.l));
+    put_row(to + 3u * reference.cells, Two(xa.m, xb.m), Two(va.m, vb.m));
+    put_row(to + 6u * reference.cells, Two(xa.r, xb.r), Two(va.r, vb.r));
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let i = id.x;
+    if (i >= reference.cells) { return; }
+    let low = textureLoad(cells, 3u * i, 0);
+    let high = textureLoad(cells, 3u * i + 1u, 0);
+    let last = textureLoad(cells, 3u * i + 2u, 0);
+    let mask = last.y;
+    let solid = load_solid(solids, mask >> 16u);
+    let l = layer(low.xyz);
+    let m = layer(vec3u(low.w, high.xy));
+    let r = layer(vec3u(high.zw, last.x));
+    let aa = column(solid, Three(l.va.a, m.va.a, r.va.a), Three(l.xa.a, m.xa.a, r.xa.a), Three(l.ya.a, m.ya.a, r.ya.a), mask, last.z, 0u);
+    let ba = column(solid, Three(l.vb.a, m.vb.a, r.vb.a), Three(l.xb.a, m.xb.a, r.xb.a), Three(l.yb.a, m.yb.a, r.yb.a), mask, last.z, 1u);
+    let ab = column(solid, Three(l.va.b, m.va.b, r.va.b), Three(l.xa.b, m.xa.b, r.xa.b), Three(l.ya.b, m.ya.b, r.ya.b), mask, last.z, 2u);
+    let bb = column(solid, Three(l.vb.b, m.vb.b, r.vb.b), Three(l.xb.b, m.xb.b, r.xb.b), Three(l.yb.b, m.yb.b, r.yb.b), mask, last.z, 3u);
+    put_layer(i, aa.x.l, ab.x.l, ba.x.l, bb.x.l, aa.y.l, ab.y.l, ba.y.l, bb.y.l, aa.v.l, ab.v.l, ba.v.l, bb.v.l);
+    put_layer(i + 9u * reference.cells, aa.x.m, ab.x.m, ba.x.m, bb.x.m, aa.y.m, ab.y.m, ba.y.m, bb.y.m, aa.v.m, ab.v.m, ba.v.m, bb.v.m);
+    put_layer(i + 18u * reference.cells, aa.x.r, ab.x.r, ba.x.r, bb.x.r, aa.y.r, ab.y.r, ba.y.r, bb.y.r, aa.v.r, ab.v.r, ba.v.r, bb.v.r);
+    // Waves in what is deformed are faster than at rest, which shortens the next step.
+    let wave = solid.wave * sqrt(stiffest / (solid.lambda + 2.0 * solid.mu));
+    if (wave > SLACK * clock.wave_speed) { atomicMax(&clock.speed_bits, bitcast<u32>(wave)); }
+    if (squeezed > 0u) { atomicAdd(&clock.clamped_volume, squeezed); }
+    if (torn > 0u) { atomicAdd(&clock.clamped_velocity, torn); }
+}

@@ -1,0 +1,10 @@
+//! Elastic bodies on grids of their own: problems with a known answer, each with a control that must fail.
+
+mod bar;
+mod cantilever;
+mod choice;
+mod contact;
+mod guard;
+mod motion;
+mod rest;
+mod setup;
