@@ -62,7 +62,8 @@ mod tests {
     use crate::scene::parse;
 
     /// Keys that may be absent and then mean "not there" or "chosen from the rest", so they have no default value.
-    const OPTIONAL: [&str; 36] = [
+    const OPTIONAL: [&str; 37] = [
+        "error_budget",
         "emitter",
         "rate",
         "lifetime",
