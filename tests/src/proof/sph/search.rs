@@ -24,7 +24,14 @@ fn inputs(ask: Ask) -> Call {
     for p in &mut cloud.particles {
         p.m *= 8.0; // about the density of water
     }
-    let sorted = Lattice::new(grid(), &cloud.particles, ask.seed);
+    // Every second time one cell is so full that its row is gone through in two goes.
+    let grid = grid();
+    for p in cloud.particles.iter_mut().take(if ask.seed.is_multiple_of(2) { 48 } else { 0 }) {
+        for (x, origin) in p.x.iter_mut().zip(grid.origin) {
+            *x = origin + grid.dx * (6.5 + ((*x - origin) / grid.dx - 0.5).rem_euclid(1.0));
+        }
+    }
+    let sorted = Lattice::new(grid, &cloud.particles, ask.seed);
     let placed = sorted.counters().cursor as usize;
     let volume = h().powi(3) as f32;
     let mut places = vec![[f32::NAN; 4]; ask.items];
