@@ -6,6 +6,9 @@ use super::{Problem, bar, cantilever, column, discs, manufactured, motion};
 /// with 27.
 pub const METHODS: [&str; 3] = ["updated_lagrangian", "mls", "updated_lagrangian_27"];
 
+/// The same, and bodies on grids of their own: where one body is free or held by itself.
+pub const WITH_OWN_GRID: [&str; 4] = ["updated_lagrangian", "mls", "updated_lagrangian_27", "total_lagrangian"];
+
 /// Shares of the step in which the fastest wave crosses a cell.
 pub const COURANTS: [f32; 3] = [0.2, 0.4, 0.75];
 

@@ -4,6 +4,7 @@
 use std::time::{Duration, Instant};
 
 use physvideo::scene::Material;
+use physvideo::stages::lagrangian::Lagrangian;
 use physvideo::stages::mpm::{Method, Mpm};
 use physvideo::stages::solver::{FrameStats, Measure, Solver};
 use physvideo::world::{Body, World};
@@ -139,6 +140,9 @@ pub fn solver<'g>(gpu: &'g Gpu, world: &World, method: &str) -> Result<Box<dyn S
     match method.trim_end_matches("_27") {
         "updated_lagrangian" => mpm(true),
         "mls" => mpm(false),
+        "total_lagrangian" => {
+            Lagrangian::new(gpu, world).map(|own| Box::new(own) as Box<dyn Solver + 'g>).map_err(|e| e.to_string())
+        }
         other => Err(format!("there is no method '{other}'")),
     }
 }
