@@ -64,6 +64,16 @@ const EFFECTS: [(&str, &str, &str, &str); 11] = [
     ("source/recycle", "source/recycle", "/ 16777216.0", "/ 33554432.0"),
 ];
 
+/// The same for steps and energies.
+const GUARD: [(&str, &str, &str, &str); 6] = [
+    ("mpm/clock", "mpm/clock", "LEAST_STEP * clock.frame_length", "0.0"),
+    ("mpm/clock", "mpm/clock", "clock.stalled = 1u;", ""),
+    ("mpm/measure", "mpm/measure", "only.body == EVERY || ", ""),
+    ("mpm/measure", "mpm/measure", "dot(body.gravity, p.x)", "body.gravity.z * p.x.z"),
+    ("mpm/measure", "mpm/measure", "dot(p.c1.xyz, p.c1.xyz)", "dot(p.c0.xyz, p.c1.xyz)"),
+    ("mpm/g2p", "mpm/g2p", "&& volume <= dot(last[0], cross(last[1], last[2]))", ""),
+];
+
 /// The same for drawing.
 const POINTS: [(&str, &str, &str, &str); 23] = [
     ("points/bin_count", "lib/splat", "ceil(s.xy - s.w - vec2f(0.5))", "floor(s.xy - s.w - vec2f(0.5))"),
@@ -129,7 +139,7 @@ const LATENT: [(&str, &str, &str, &str); 30] = [
 fn every_mistake_is_caught() {
     let copy = tempfile::tempdir().unwrap();
     let mut missed = Vec::new();
-    for (kernel, file, from, to) in MUTANTS.into_iter().chain(EFFECTS).chain(LATENT).chain(POINTS) {
+    for (kernel, file, from, to) in MUTANTS.into_iter().chain(EFFECTS).chain(GUARD).chain(LATENT).chain(POINTS) {
         folder::copy_kernels(copy.path());
         folder::edit(copy.path(), file, from, to);
         let gpu = device::open(Options { wgsl: Some(copy.path().into()), validation: false, ..device::options() });

@@ -2,6 +2,7 @@
 
 pub mod cells;
 pub mod display;
+pub mod energy;
 pub mod latent;
 pub mod mpm;
 pub mod render;

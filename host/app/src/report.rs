@@ -139,6 +139,8 @@ pub struct Clamps {
     pub volume: u64,
     /// Attempts at a frame that were taken back and repeated with smaller steps.
     pub rejected: u64,
+    /// Attempts at a frame that ended with more energy than can have come in.
+    pub gained: u64,
     /// Particles taken out: not finite, or outside the grid.
     pub quarantined: u64,
 }
@@ -214,6 +216,7 @@ impl Report {
         self.clamps.strain += u64::from(stats.clamped_strain);
         self.clamps.volume += u64::from(stats.clamped_volume);
         self.clamps.rejected += u64::from(stats.rejected);
+        self.clamps.gained += u64::from(stats.gained);
         self.clamps.quarantined += u64::from(stats.quarantined);
         self.recycled += u64::from(stats.recycled);
         if stats.substeps > 0 {
@@ -244,6 +247,7 @@ impl Report {
             (c.velocity, "grid nodes were slowed down to one cell a substep"),
             (c.strain, "particle updates were limited to a stretch of one half in a substep"),
             (c.volume, "particle updates were kept from compressing below a twentieth of the volume"),
+            (c.gained, "attempts at a frame ended with more energy than can have come in"),
             (c.rejected, "attempts at a frame were taken back and repeated with shorter steps"),
         ] {
             if count > 0 {

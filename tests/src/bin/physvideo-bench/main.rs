@@ -5,6 +5,7 @@
 mod mpm;
 mod points;
 mod skip;
+mod stress;
 mod wp;
 
 use std::collections::BTreeMap;
@@ -82,6 +83,15 @@ enum What {
         #[arg(long, default_value_t = 9)]
         repeats: usize,
     },
+    /// Cases that must not explode, as a table.
+    Stress {
+        /// Only cases whose name holds this.
+        #[arg(long, default_value = "")]
+        only: String,
+        /// Write stress.csv and stress.md into this folder.
+        #[arg(long)]
+        out: Option<std::path::PathBuf>,
+    },
     /// Work–precision diagrams: evaluations of the network against error, as SVG and CSV.
     Wp {
         #[command(subcommand)]
@@ -107,6 +117,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         What::Mpm { edge, spacing, substeps, repeats, all } => mpm::bench(&gpu, edge, spacing, substeps, repeats, all),
         What::Points { points, width, height, repeats } => points::bench(&gpu, points, [width, height], repeats),
         What::Skip { repeats } => skip::bench(&gpu, repeats),
+        What::Stress { ref only, ref out } => stress::bench(&gpu, only, out.as_deref()),
         What::Wp { ref problem } => wp::bench(&gpu, problem),
     }
 }
