@@ -23,7 +23,7 @@ const MUTANTS: [(&str, &str, &str, &str); 35] = [
     ("mpm/p2g", "lib/scatter", "4.0 * sx", "3.999 * sx"),
     ("mpm/p2g_fixed", "mpm/p2g_fixed", "vec4i(round(x))", "vec4i(x - 0.5)"),
     ("mpm/p2g_float", "mpm/p2g_float", "if (step <= run)", "if (true)"),
-    ("mpm/p2g", "mpm/p2g", "order.d[j - 1u] > p", "order.d[j - 1u] < p"),
+    ("mpm/p2g", "mpm/p2g", "order.d[j - step] > p", "order.d[j - step] < p"),
     ("mpm/p2g", "field/point", "2.0 * f.p0", "1.99 * f.p0"),
     ("mpm/grid", "lib/collider", "rotate(hit.xyz, axis, rate", "rotate(hit.xyz, axis, -rate"),
     ("mpm/grid", "shape/box", "q.x >= q.y && q.x >= q.z", "q.x >= q.y"),
