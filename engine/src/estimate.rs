@@ -1,5 +1,6 @@
 //! What a run will take, said before anything is allocated: memory, points, substeps. Opens no device.
 
+use physvideo_gpu::kernels::family::field;
 use physvideo_gpu::kernels::{Bound, Carrier, EdgePixel};
 
 use crate::assemble::Assembled;
@@ -10,6 +11,7 @@ use crate::stages::lagrangian::Lagrangian;
 use crate::stages::mpm::Mpm;
 use crate::stages::render::RenderSettings;
 use crate::stages::sph::Sph;
+use crate::world::{Body, World};
 
 /// What a run will take.
 #[derive(Clone, Debug, PartialEq)]
@@ -95,4 +97,110 @@ fn drawing(scene: &Scene, assembled: &Assembled, plan: &Plan, points: u64, parti
     let picture = if assembled.view.is_some() && scene.camera.is_none() { 4 * pixels } else { 0 };
     let edge = if plan.runs("backdrop") { size_of::<EdgePixel>() as u64 * pixels } else { 0 };
     settings.bytes(points, two_pass) + each * points + size_of::<Bound>() as u64 * particles + picture + edge + SMALL
+}
+
+/// Step of the paper: 4e-3 s in ten substeps.
+const PAPER_STEP: f32 = 4e-4;
+/// Deformation by its own fall and weight that a solid may show before it counts as softer than it should look.
+const SOFT: f32 = 0.05;
+
+/// What a user should know of the steps: that the paper's are not stable here, and what makes a stiff solid cheaper.
+pub fn step_notes(world: &World, fps: f32) -> Vec<String> {
+    let mut notes = Vec::new();
+    let Some(fastest) = world.bodies.iter().max_by(|a, b| a.step_speed(world.dx).total_cmp(&b.step_speed(world.dx)))
+    else {
+        return notes;
+    };
+    let (speed, step) = (fastest.step_speed(world.dx), world.step());
+    let limit = world.dx / speed;
+    if world.force_dt.is_none() && limit < PAPER_STEP {
+        notes.push(format!(
+            "steps of {PAPER_STEP:e} s as in the paper would be {:.1} times the limit of '{}'; {step:.1e} s are taken",
+            PAPER_STEP / limit,
+            fastest.name
+        ));
+    }
+    if let Some(soft) = soft_enough(world, fastest)
+        && world.force_dt.is_none()
+    {
+        let share = soft / (fastest.density * fastest.wave_speed().powi(2));
+        // Steps go with the root of the modulus.
+        if share < 0.25 {
+            notes.push(format!(
+                "'{}' costs {:.0} substeps a frame; {:.1e} of its `young` would do with {:.0}, and its fall and weight \
+                 deform it by about {:.0} %",
+                fastest.name,
+                (1.0 / (fps * step)).ceil(),
+                share,
+                (share.sqrt() / (fps * step)).ceil(),
+                100.0 * SOFT
+            ));
+        }
+    }
+    notes
+}
+
+/// P-wave modulus at which an elastic body's motion deforms it by [`SOFT`], ρ v²/ε², or its weight, ρ g L/ε [Pa]; v is
+/// that of the start, of the winds and of a fall through the domain.
+fn soft_enough(world: &World, body: &Body) -> Option<f32> {
+    if !body.material.elastic() || body.positions.is_empty() {
+        return None;
+    }
+    let square = |v: &[f32]| v.iter().map(|c| c * c).sum::<f32>();
+    let heights = || body.positions.iter().map(|x| x[2]);
+    let (low, high) = (heights().fold(f32::MAX, f32::min), heights().fold(f32::MIN, f32::max));
+    let pull = square(&body.gravity.unwrap_or(world.gravity)).sqrt();
+    let fall = 2.0 * pull * (low - world.domain.0[2]).max(0.0);
+    let winds = world.fields.iter().filter(|f| f.kind == field::WIND).map(|f| square(&f.a[..3])).fold(0.0, f32::max);
+    let motion = body.velocities.iter().map(|v| square(v)).fold(0.0, f32::max) + fall + winds;
+    Some(body.density * (motion / (SOFT * SOFT)).max(pull * (high - low) / SOFT))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Material;
+
+    fn cube(young: f32) -> World {
+        let body = Body {
+            name: "apple".into(),
+            material: Material::Elastic { young, poisson: 0.32 },
+            density: 40.0,
+            positions: vec![[0.0; 3], [0.0, 0.0, 0.1]],
+            particle_volume: 1e-6,
+            velocities: vec![[0.0; 3]; 2],
+            pinned: vec![],
+            gravity: None,
+            prestress: false,
+            fields: 0,
+            recycle: None,
+            emission: None,
+        };
+        World {
+            bodies: vec![body],
+            gravity: [0.0, 0.0, -9.81],
+            fields: vec![],
+            colliders: vec![],
+            domain: ([-1.0, -1.0, -0.1], [1.0; 3]),
+            dx: 1.0 / 128.0,
+            courant: 0.75,
+            force_dt: None,
+            fluid: Default::default(),
+        }
+    }
+
+    /// c = 53.5 m/s: a Courant number of 2.74 by the paper's step.
+    #[test]
+    fn the_papers_step_is_told_to_be_too_long() {
+        let notes = step_notes(&cube(8e4), 24.0);
+        assert!(notes.len() == 1 && notes[0].contains("2.7 times the limit of 'apple'; 1.1e-4 s"), "{notes:?}");
+        assert!(step_notes(&cube(8e3), 24.0).is_empty(), "c = 16.9 m/s is slow enough");
+    }
+
+    /// A fall of 0.1 m: ρ v²/ε² = 31 kPa.
+    #[test]
+    fn stiffness_that_nobody_sees_is_told() {
+        let notes = step_notes(&cube(8e7), 24.0);
+        assert!(notes.len() == 2 && notes[1].contains("'apple' costs"), "{notes:?}");
+    }
 }

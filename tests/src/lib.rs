@@ -11,4 +11,5 @@ pub mod probe;
 pub mod problems;
 pub mod proof;
 pub mod random;
+pub mod stress;
 pub mod twins;

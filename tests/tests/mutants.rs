@@ -23,7 +23,7 @@ const MUTANTS: [(&str, &str, &str, &str); 35] = [
     ("mpm/p2g", "lib/scatter", "4.0 * sx", "3.999 * sx"),
     ("mpm/p2g_fixed", "mpm/p2g_fixed", "vec4i(round(x))", "vec4i(x - 0.5)"),
     ("mpm/p2g_float", "mpm/p2g_float", "if (step <= run)", "if (true)"),
-    ("mpm/p2g", "mpm/p2g", "order.d[j - 1u] > p", "order.d[j - 1u] < p"),
+    ("mpm/p2g", "mpm/p2g", "order.d[j - step] > p", "order.d[j - step] < p"),
     ("mpm/p2g", "field/point", "2.0 * f.p0", "1.99 * f.p0"),
     ("mpm/grid", "lib/collider", "rotate(hit.xyz, axis, rate", "rotate(hit.xyz, axis, -rate"),
     ("mpm/grid", "shape/box", "q.x >= q.y && q.x >= q.z", "q.x >= q.y"),
@@ -73,6 +73,16 @@ const EFFECTS: [(&str, &str, &str, &str); 22] = [
     ("source/recycle", "source/recycle", "(tag & (PINNED | QUARANTINED)) != 0u", "(tag & PINNED) != 0u"),
     ("source/recycle", "source/recycle", "turns.d[p] = turn + 1u;", ""),
     ("source/recycle", "source/recycle", "/ 16777216.0", "/ 33554432.0"),
+];
+
+/// The same for steps and energies.
+const GUARD: [(&str, &str, &str, &str); 6] = [
+    ("mpm/clock", "mpm/clock", "LEAST_STEP * clock.frame_length", "0.0"),
+    ("mpm/clock", "mpm/clock", "clock.stalled = 1u;", ""),
+    ("mpm/measure", "mpm/measure", "only.body == EVERY || ", ""),
+    ("mpm/measure", "mpm/measure", "dot(body.gravity, p.x)", "body.gravity.z * p.x.z"),
+    ("mpm/measure", "mpm/measure", "dot(p.c1.xyz, p.c1.xyz)", "dot(p.c0.xyz, p.c1.xyz)"),
+    ("mpm/g2p", "mpm/g2p", "&& volume <= dot(last[0], cross(last[1], last[2]))", ""),
 ];
 
 /// The same for drawing.
@@ -194,7 +204,7 @@ fn every_mistake_is_caught() {
     let copy = tempfile::tempdir().unwrap();
     let mut missed = Vec::new();
     for (kernel, file, from, to) in
-        MUTANTS.into_iter().chain(EFFECTS).chain(LAGRANGIAN).chain(LATENT).chain(POINTS).chain(SPH)
+        MUTANTS.into_iter().chain(EFFECTS).chain(GUARD).chain(LAGRANGIAN).chain(LATENT).chain(POINTS).chain(SPH)
     {
         folder::copy_kernels(copy.path());
         folder::edit(copy.path(), file, from, to);

@@ -3,6 +3,7 @@
 pub mod cells;
 pub mod display;
 pub mod emit;
+pub mod energy;
 pub mod lagrangian;
 pub mod latent;
 pub mod mpm;

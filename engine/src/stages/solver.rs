@@ -35,11 +35,54 @@ pub struct FrameStats {
     pub iterations: u32,
     /// Pressure solves that ended with more error than they may have.
     pub unsolved: u32,
+    /// Attempts that ended with more energy than can have come in; where shorter steps do not help, the last is kept.
+    pub gained: u32,
+    /// The frame asked for steps too short ever to end it; nothing has moved.
+    pub stalled: Option<Fastest>,
     /// The frame was given up as [`Solver::stop_when`] asked; nothing has moved.
     pub stopped: bool,
 }
 
-/// Sums over one body.
+/// The particle that asks for the shortest step, as far as its own motion and stretch say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fastest {
+    /// Its place in the particle buffer.
+    pub particle: u32,
+    /// Its body.
+    pub body: u32,
+    /// Its speed [m/s].
+    pub speed: f32,
+    /// Largest component of its deformation gradient.
+    pub stretch: f32,
+    /// Its volume over that at rest.
+    pub volume: f32,
+}
+
+impl Fastest {
+    /// The one of `particles` that is not finite, or fastest, stretched or squeezed most for its body's wave speed [m/s].
+    pub fn of(particles: &[Particle], deformations: &[Deformation], waves: &[f32]) -> Option<Self> {
+        let size = |v: &[f32]| v.iter().map(|c| c * c).sum::<f32>().sqrt();
+        let largest = |v: &[f32]| v.iter().fold(0.0, |most: f32, c| if c.abs() <= most { most } else { c.abs() });
+        let wave = |f: &Self| waves.get(f.body as usize).copied().unwrap_or(0.0);
+        let ask = |f: &Self| f.speed + wave(f) * f.stretch.max(1.0 / f.volume.abs()).max(1.0);
+        // Of a liquid J alone is kept.
+        let volume = |d: &Deformation| {
+            let [a, b, c] = [d.f0, d.f1, d.f2].map(|c| glam::Vec3::new(c[0], c[1], c[2]));
+            if b == c { a.x } else { a.dot(b.cross(c)) }
+        };
+        let rank = |f: &Self| if ask(f).is_finite() { ask(f) } else { f32::INFINITY };
+        let all = particles.iter().zip(deformations).zip(0..).map(|((p, d), particle)| Self {
+            particle,
+            body: p.tag & 0xff,
+            speed: size(&p.v),
+            stretch: [&d.f0[..3], &d.f1[..3], &d.f2[..3]].map(largest).into_iter().fold(0.0, f32::max),
+            volume: volume(d),
+        });
+        all.max_by(|a, b| rank(a).total_cmp(&rank(b)).then(b.particle.cmp(&a.particle)))
+    }
+}
+
+/// Sums over one body, or over all.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Measure {
     /// Mass [kg].
@@ -58,11 +101,15 @@ pub struct Measure {
     pub quarantined: u32,
     /// Largest speed [m/s].
     pub speed: f64,
+    /// Energy in the gravity that acts on each body, −Σ m g·x [J].
+    pub potential: f64,
+    /// Energy of the motion in C, on cells of the solver's size [J].
+    pub affine: f64,
 }
 
 impl Measure {
-    /// The total of partial sums, added in f64.
-    pub fn of(sums: &[Sums]) -> Self {
+    /// The total of partial sums, added in f64, on cells of `dx` [m].
+    pub fn of(sums: &[Sums], dx: f32) -> Self {
         let mut out = Self::default();
         for s in sums {
             for a in 0..3 {
@@ -75,8 +122,15 @@ impl Measure {
             out.height += f64::from(s.height);
             out.quarantined += s.lost as u32;
             out.speed = out.speed.max(f64::from(s.speed));
+            out.potential += f64::from(s.potential);
+            out.affine += f64::from(dx * dx) / 4.0 * f64::from(s.affine);
         }
         out
+    }
+
+    /// Kinetic and elastic energy, that of the motion in C included [J].
+    pub fn energy(&self) -> f64 {
+        self.kinetic + self.affine + self.elastic
     }
 }
 

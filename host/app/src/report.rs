@@ -154,6 +154,8 @@ pub struct Clamps {
     pub unsolved: u64,
     /// Attempts at a frame that were taken back and repeated with smaller steps.
     pub rejected: u64,
+    /// Attempts at a frame that ended with more energy than can have come in.
+    pub gained: u64,
     /// Particles taken out: not finite, or outside the grid.
     pub quarantined: u64,
 }
@@ -230,6 +232,7 @@ impl Report {
         self.clamps.volume += u64::from(stats.clamped_volume);
         self.clamps.unsolved += u64::from(stats.unsolved);
         self.clamps.rejected += u64::from(stats.rejected);
+        self.clamps.gained += u64::from(stats.gained);
         self.clamps.quarantined += u64::from(stats.quarantined);
         self.recycled += u64::from(stats.recycled);
         self.emitted += u64::from(stats.emitted);
@@ -262,6 +265,7 @@ impl Report {
             (c.strain, "particle updates were limited to a stretch of one half in a substep"),
             (c.volume, "particle updates were kept from compressing further, or left out neighbours beyond 64"),
             (c.unsolved, "pressure solves ended with more than the error they may have"),
+            (c.gained, "attempts at a frame ended with more energy than can have come in"),
             (c.rejected, "attempts at a frame were taken back and repeated with shorter steps"),
         ] {
             if count > 0 {

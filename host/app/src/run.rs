@@ -113,6 +113,9 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<(), AppError> {
     clip.close(ended, gpu.as_ref(), begun)
 }
 
+/// What to do about numbers that are none.
+const SOFTER: &str = "Lower simulation.courant (or remove simulation.force_dt), or make the material softer";
+
 /// A run from its first frame on.
 struct Clip<'a> {
     scene: &'a Scene,
@@ -239,6 +242,7 @@ impl Clip<'_> {
             if let Some(format) = points {
                 let since = Instant::now();
                 let Snapshot { positions, velocities, bodies, numbers } = animation.particles()?;
+                self.refuse_not_finite(frame, &positions, &velocities, &bodies)?;
                 let ids = bodies.iter().map(|b| self.assembled.object_of[*b as usize] as u32 + 1).collect();
                 let colors = numbers.iter().map(|i| self.assembled.colors[*i as usize].map(byte)).collect();
                 writer.push(Job::Points { frame, format, positions, velocities, colors, ids });
@@ -274,8 +278,18 @@ impl Clip<'_> {
         Ok(())
     }
 
-    /// A body of which nothing is left ends the run: what follows would be frames of nothing.
+    /// A frame that would never end, or a body of which nothing is left, ends the run: what follows would be frames of
+    /// nothing.
     fn check_frame(&self, animation: &Animation, frame: u32, stats: &FrameStats) -> Result<(), AppError> {
+        if let Some(fast) = stats.stalled {
+            let object = self.report.particles.get(fast.body as usize).map_or("", |p| p.object.as_str());
+            return Err(AppError::Numeric(format!(
+                "frame {frame} has no end: `mpm/clock` asks for steps below the rounding of time. Particle {} of the buffer \
+                 mpm/particles, of object '{object}', moves at {:e} m/s, is stretched to {:e} and has {:e} of its volume. \
+                 Make what it meets softer or slower, or remove simulation.force_dt",
+                fast.particle, fast.speed, fast.stretch, fast.volume
+            )));
+        }
         let Some(solver) = animation.solver.as_ref().filter(|_| stats.quarantined > 0) else { return Ok(()) };
         for (index, particles) in self.report.particles.iter().enumerate() {
             let lost = u64::from(solver.measure(index).map_err(AppError::Gpu)?.quarantined);
@@ -310,24 +324,30 @@ impl Clip<'_> {
             .collect();
     }
 
-    /// Sums and positions are numbers; a body of which they are not is named.
+    /// Sums and particles are numbers at the end; a body of which they are not is named.
     fn check_finite(&self, animation: &Animation) -> Result<(), AppError> {
-        let broken = |object: &str| {
-            AppError::Numeric(format!(
-                "object '{object}' is no longer finite after {} frames. Lower simulation.courant (or remove \
-                 simulation.force_dt), or make the material softer",
-                self.report.frames
-            ))
-        };
-        if let Some(c) = self.report.conservation.iter().find(|c| !c.end.finite()) {
-            return Err(broken(&c.object));
-        }
-        let Snapshot { positions, bodies, .. } = animation.particles()?;
-        let lost = positions.iter().zip(&bodies).find(|(x, _)| x.iter().any(|c| !c.is_finite()));
-        match lost.and_then(|(_, body)| self.report.particles.get(*body as usize)) {
-            Some(p) => Err(broken(&p.object)),
+        let Snapshot { positions, velocities, bodies, .. } = animation.particles()?;
+        self.refuse_not_finite(self.report.frames.saturating_sub(1), &positions, &velocities, &bodies)?;
+        match self.report.conservation.iter().find(|c| !c.end.finite()) {
+            Some(c) => Err(AppError::Numeric(format!(
+                "the sums of `mpm/measure` over object '{}' (buffer mpm/sums) are no longer finite after {} frames. {SOFTER}",
+                c.object, self.report.frames
+            ))),
             None => Ok(()),
         }
+    }
+
+    /// Nothing that is not a number is written.
+    fn refuse_not_finite(&self, frame: u32, x: &[[f32; 3]], v: &[[f32; 3]], bodies: &[u32]) -> Result<(), AppError> {
+        let Some(i) = x.iter().zip(v).position(|(x, v)| !x.iter().chain(v).all(|c| c.is_finite())) else {
+            return Ok(());
+        };
+        let object = self.report.particles.get(bodies[i] as usize).map_or("", |p| p.object.as_str());
+        Err(AppError::Numeric(format!(
+            "particle {i} of the buffer mpm/particles, of object '{object}', is no longer finite after `mpm/g2p` in frame \
+             {frame}: position {:?}, velocity {:?}. {SOFTER}",
+            x[i], v[i]
+        )))
     }
 
     /// Ends the video with the frames there are; one without frames is no video.

@@ -4,6 +4,9 @@
 @group(0) @binding(0) var<storage, read_write> clock: Clock;
 @group(0) @binding(1) var<storage, read_write> live: Live;
 
+// Shortest step as a share of the frame: four times the rounding of time in f32, below which time does not pass.
+const LEAST_STEP: f32 = 2.5e-7;
+
 @compute @workgroup_size(1)
 fn main() {
     atomicStore(&live.blocks, 0u);
@@ -20,7 +23,7 @@ fn main() {
     clock.t += clock.dt;
     let full = atomicLoad(&live.overflow) + atomicLoad(&live.crowded) > 0u;
     let fault = clock.watch != 0u && atomicLoad(&clock.clamped_velocity) + atomicLoad(&clock.quarantined) > 0u;
-    if (full || fault) {    // the host makes room or takes smaller steps, and repeats the frame
+    if (full || fault || clock.stalled != 0u) {    // the host makes room or takes smaller steps, and repeats the frame
         stop();
         return;
     }
@@ -37,6 +40,12 @@ fn main() {
     // What is left is divided evenly, so that no frame ends with a sliver of a step.
     let even = left / max(1.0, ceil(left / limit - 1e-3));
     let dt = select(even, min(clock.force_dt, left), clock.force_dt > 0.0);
+    if (dt < LEAST_STEP * clock.frame_length) {
+        atomicStore(&clock.speed_bits, bitcast<u32>(speed));
+        clock.stalled = 1u;
+        stop();
+        return;
+    }
     clock.dt = dt;
     clock.substeps += 1u;
     clock.dt_min = select(min(clock.dt_min, dt), dt, clock.dt_min == 0.0);

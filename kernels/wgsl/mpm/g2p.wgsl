@@ -15,7 +15,8 @@
 override TRUE_GRADIENT: bool = true;
 // A velocity gradient that would stretch a particle by more than this in one step is scaled back and counted.
 override MAX_STRETCH: f32 = 0.5;
-// Volume below which a particle is no longer compressed, as a share of its volume at rest.
+// Volume below which a particle is no longer compressed, as a share of its volume at rest; one that is smaller or
+// turned inside out may still recover.
 override MIN_VOLUME: f32 = 0.05;
 // All particles of the scene, by their cells; else those that the call names.
 override ALL: bool = true;
@@ -174,7 +175,7 @@ fn try_step(index: u32, kind: u32, gradient: mat3x3f, dt: f32, mass: f32) -> Tri
         var next = last * (1.0 + dt * (gradient[0].x + gradient[1].y + gradient[2].z));
         let packed = texel(was, 6u * index + 1u).w / old.w * grid.dx * grid.dx * grid.dx / mass;
         if (packed > PACKED * min(next, 1.0)) { next = min(next, next + FOLLOW * (packed - next)); }
-        if (next < MIN_VOLUME) {
+        if (next < MIN_VOLUME && next <= last) {
             next = last;
             atomicAdd(&clock.clamped_volume, 1u);
         }
@@ -183,7 +184,8 @@ fn try_step(index: u32, kind: u32, gradient: mat3x3f, dt: f32, mass: f32) -> Tri
     let def = load_deformation(deformed, index);
     let last = mat3x3f(def.f0.xyz, def.f1.xyz, def.f2.xyz);
     var next = last + dt * (gradient * last);
-    if (dot(next[0], cross(next[1], next[2])) < MIN_VOLUME) {
+    let volume = dot(next[0], cross(next[1], next[2]));
+    if (volume < MIN_VOLUME && volume <= dot(last[0], cross(last[1], last[2]))) {
         next = last;
         atomicAdd(&clock.clamped_volume, 1u);
     }

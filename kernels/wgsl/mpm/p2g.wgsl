@@ -48,16 +48,21 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         before = p;
     }
     if (!sorted) {
-        for (var i = row.first + 1u; i < last; i++) {
-            let p = order.d[i];
-            let cell = begin <= vec3u(i);
-            let least = max(row.first, max(select(0u, begin.x, cell.x), max(select(0u, begin.y, cell.y), select(0u, begin.z, cell.z))));
-            var j = i;
-            while (j > least && order.d[j - 1u] > p) {
-                order.d[j] = order.d[j - 1u];
-                j -= 1u;
+        // By Shell's steps: a crowd in one cell would keep a plain insertion busy for its number squared.
+        var step = 1u;
+        while (step < row.count / 3u) { step = 3u * step + 1u; }
+        for (; step > 0u; step = step / 3u) {
+            for (var i = row.first + step; i < last; i++) {
+                let p = order.d[i];
+                let cell = begin <= vec3u(i);
+                let least = step + max(row.first, max(select(0u, begin.x, cell.x), max(select(0u, begin.y, cell.y), select(0u, begin.z, cell.z))));
+                var j = i;
+                while (j >= least && order.d[j - step] > p) {
+                    order.d[j] = order.d[j - step];
+                    j -= step;
+                }
+                order.d[j] = p;
             }
-            order.d[j] = p;
         }
     }
     // Nodes of the cell at hand; those it leaves behind are done. Each has a name: an array indexed at run time would

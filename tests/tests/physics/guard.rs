@@ -8,6 +8,7 @@ use physvideo_gpu::kernels::Field;
 use physvideo_gpu::kernels::family::field::WIND;
 use physvideo_tests::device::gpu;
 use physvideo_tests::problems::setup::{Lattice, solver, world};
+use physvideo_tests::stress::{self, MATERIALS};
 
 /// A jelly block that falls on the ground and rebounds, for six frames of 20 ms; the limit of its steps is a Courant
 /// number of about 1.15 (a filled lattice in 3-D).
@@ -55,6 +56,65 @@ fn a_forced_step_is_taken_at_its_word() {
     assert_eq!(frames.iter().map(|f| f.rejected).sum::<u32>(), 0);
     assert!(faults(&frames) > 0, "{frames:?}");
     assert!(blown.is_nan() || (blown - energy).abs() > 0.1 * FELL, "{blown} J, {energy} J with short steps");
+}
+
+/// A cube in free space that breathes at 0.2 m/s: per frame, energy over that at the start, and what happened.
+fn breathe(change: impl Fn(&mut World)) -> Vec<(f64, FrameStats)> {
+    let gpu = gpu();
+    let lattice = Lattice::of_eight(1.0 / 16.0);
+    let cube = lattice.fill([-0.125; 3], [0.125; 3], |_| true);
+    let jelly =
+        lattice.body(Material::Elastic { young: 5e5, poisson: 0.3 }, 1000.0, &cube, |x| [1.6 * x[0], -1.6 * x[1], 0.0]);
+    let mut w = world(vec![jelly], lattice.dx, [-1.0; 3], [1.0; 3]);
+    change(&mut w);
+    let mut mpm = solver(&gpu, &w, "updated_lagrangian").unwrap();
+    let begun = mpm.measure(0).unwrap().energy();
+    (0..24)
+        .map(|_| {
+            let stats = mpm.frame(0.02).unwrap();
+            (mpm.measure(0).unwrap().energy() / begun, stats)
+        })
+        .collect()
+}
+
+/// At a Courant number of 1.6 the shortest waves grow, and long before a node runs away the energy says so.
+#[test]
+fn a_gain_of_energy_is_taken_back() {
+    let frames = breathe(|w| w.courant = 1.6);
+    let stats: Vec<FrameStats> = frames.iter().map(|f| f.1).collect();
+    assert!(stats.iter().map(|f| f.gained).sum::<u32>() > 0, "nothing was gained: {frames:?}");
+    assert_eq!(
+        stats.iter().map(|f| f.gained).sum::<u32>(),
+        stats.iter().map(|f| f.rejected).sum::<u32>(),
+        "{frames:?}"
+    );
+    assert_eq!(faults(&stats), 0, "{frames:?}");
+    // The tenth that the guard lets pass.
+    assert!(frames.iter().all(|f| f.0 < 1.1), "{frames:?}");
+}
+
+/// Control: with the same step forced the energy is many times that of the start before anything else is noticed.
+#[test]
+fn nothing_but_the_energy_tells_of_a_gain() {
+    let step = 1.6 * f64::from(breathe(|w| w.courant = 0.75)[0].1.dt.1) / 0.75;
+    let frames = breathe(|w| w.force_dt = Some(step as f32));
+    let noticed = frames.iter().position(|f| faults(&[f.1]) > 0).unwrap_or(frames.len());
+    assert!(frames[..noticed].iter().any(|f| f.0 > 3.0), "{frames:?}");
+}
+
+/// Falls, splashes and slides as they should be lose energy, and none of their frames is repeated.
+#[test]
+fn clean_runs_are_never_taken_back() {
+    let gpu = gpu();
+    for name in MATERIALS {
+        let setup = stress::step::drop(stress::material_of(name), 1000.0, 2.0);
+        let mut mpm = solver(&gpu, &setup.world, "updated_lagrangian").unwrap();
+        for frame in 0..20 {
+            let stats = mpm.frame(0.02).unwrap();
+            assert_eq!((stats.rejected, stats.gained, faults(&[stats])), (0, 0, 0), "{name}, frame {frame}: {stats:?}");
+        }
+        assert!(mpm.measure(0).unwrap().height < 0.2 * 1000.0 / 64.0, "{name} has not come down");
+    }
 }
 
 /// Drag that would overshoot in a step of the waves: the step follows the drag, and the block takes the wind's speed,

@@ -5,10 +5,12 @@ use std::sync::atomic::Ordering;
 use physvideo_gpu::kernels::Clock;
 use physvideo_gpu::{GpuError, Recording};
 
-use super::Mpm;
 use super::start::Room;
+use super::{EVERY, Mpm};
 use crate::stages::cells::Cells;
-use crate::stages::solver::FrameStats;
+#[cfg(doc)]
+use crate::stages::energy::Budget;
+use crate::stages::solver::{Fastest, FrameStats};
 
 /// Attempts at a frame that are taken back.
 const MOST_REJECTED: u32 = 3;
@@ -57,7 +59,8 @@ impl Mpm<'_> {
 
     /// Advances by one frame of `length` seconds.
     ///
-    /// A frame in which a node ran away or a particle was lost is taken back as soon as that shows, and repeated with
+    /// A frame in which a node ran away, a particle was lost or time stood still is taken back as soon as that shows, one
+    /// that ends with more energy than can have come in at its end (see [`Budget`]), and both are repeated with
     /// a Courant number 0.78 times as large, which the run then keeps: no step is safe for a particle nearly alone
     /// (Bai & Schroeder 2022), and how far a body is from that changes slowly. Three times a frame at most; where that
     /// does not help, the run returns to its own steps, and what happens is counted.
@@ -86,8 +89,12 @@ impl Mpm<'_> {
         back.copy(self.saved.0, self.particles);
         back.copy(self.saved.1, self.deformations);
         let began = self.courant;
+        let span = (self.time, f64::from(length));
+        let judged = self.budget.as_ref().is_some_and(|b| b.judges(span.0, span.1));
+        let before = if judged { Some(self.sums_over(EVERY)?) } else { None };
         loop {
-            let watch = self.guarded && stats.rejected < MOST_REJECTED;
+            let again = stats.rejected < MOST_REJECTED;
+            let watch = self.guarded && again;
             let clock = self.advance(length, watch)?;
             stats.substeps += clock.substeps;
             if clock.particle_groups[0] > 0 {
@@ -96,20 +103,37 @@ impl Mpm<'_> {
                 return Ok(stats);
             }
             let live = self.gpu.read(self.cells.live)?[0];
-            let bad = clock.clamped_velocity + clock.quarantined > 0;
+            let stalled = clock.stalled != 0;
+            let bad = clock.clamped_velocity + clock.quarantined > 0 || stalled;
             if live.overflow + live.crowded > 0 {
                 self.gpu.run(&back)?;
                 self.make_room(live.overflow > 0, live.crowded > 0)?;
                 continue;
             }
-            if bad && watch {
+            let gained = match &before {
+                Some(before) if !bad => {
+                    let after = self.sums_over(EVERY)?;
+                    self.budget.as_mut().is_some_and(|b| !b.allows(before, &after, span.0, span.1))
+                }
+                _ => false,
+            };
+            stats.gained += u32::from(gained);
+            if (bad && watch) || (gained && again) {
                 self.gpu.run(&back)?;
                 stats.rejected += 1;
                 self.courant *= SMALLER;
                 continue;
             }
+            if stalled {
+                stats.stalled = self.fastest()?;
+                self.gpu.run(&back)?;
+                return Ok(stats);
+            }
             if bad && self.guarded {
                 (self.guarded, self.courant) = (false, began);
+            }
+            if gained {
+                (self.budget, self.courant) = (None, began);
             }
             self.speed = f32::from_bits(clock.speed_bits);
             stats.dt = (clock.dt_min, clock.dt_max);
@@ -124,6 +148,12 @@ impl Mpm<'_> {
             self.settle(length)?;
             return Ok(stats);
         }
+    }
+
+    /// The particle that asks for the shortest step.
+    fn fastest(&self) -> Result<Option<Fastest>, GpuError> {
+        let (particles, deformations) = (self.gpu.read(self.particles)?, self.gpu.read(self.deformations)?);
+        Ok(Fastest::of(&particles, &deformations, &self.waves))
     }
 
     /// Doubles the number of blocks or of occupied rows there is room for.

@@ -18,6 +18,7 @@ use self::run::{MOST_RUNS, Run, runs};
 use self::start::{constants, initial_state, room};
 use super::cells::{self, Cells, PARTICLE_GROUPS};
 use super::emit::Emitter;
+use super::energy::Budget;
 use super::solver::{FrameStats, Measure, Solver};
 use super::source::Recycling;
 use crate::world::World;
@@ -84,10 +85,14 @@ pub struct Mpm<'gpu> {
     stop: Option<Arc<AtomicBool>>,
     /// Frames that go wrong are repeated with smaller steps.
     guarded: bool,
+    /// What a frame's energy is held against; absent where steps are forced, and once shorter ones did not help.
+    budget: Option<Budget>,
     /// Largest |v| + c of a particle [m/s].
     speed: f32,
     dx: f32,
     ranges: Vec<std::ops::Range<u64>>,
+    /// Speed of each body's waves at rest [m/s].
+    waves: Vec<f32>,
     runs: Vec<Run>,
     emitters: Vec<Emitter>,
     /// Groups of 64 particles that substeps work on.
@@ -98,6 +103,8 @@ pub struct Mpm<'gpu> {
 
 /// Byte offset of the workgroup counts of the runs in `Clock`.
 const RUN_GROUPS: u64 = std::mem::offset_of!(Clock, runs) as u64;
+/// All bodies, to `mpm/measure` (`EVERY` in WGSL).
+const EVERY: u32 = u32::MAX;
 
 impl<'gpu> Mpm<'gpu> {
     /// Uploads a world.
@@ -160,6 +167,8 @@ impl<'gpu> Mpm<'gpu> {
             longest: world.longest_step(),
             stop: None,
             guarded: world.force_dt.is_none(),
+            budget: world.force_dt.is_none().then(|| Budget::new(world)),
+            waves: world.bodies.iter().map(|b| b.step_speed(world.dx)).collect(),
             speed: speed.sqrt() + world.wave_speeds().1,
             dx: world.dx,
             ranges,
@@ -350,17 +359,19 @@ impl<'gpu> Mpm<'gpu> {
     /// # Errors
     /// The device's refusal.
     pub fn measure(&self, index: usize) -> Result<Measure, GpuError> {
+        self.sums_over(index as u32)
+    }
+
+    /// Sums over one body, or over all where `body` is [`EVERY`].
+    fn sums_over(&self, body: u32) -> Result<Measure, GpuError> {
         let count = self.particles_in_use();
-        let immediates = kernels::Only { body: index as u32, count };
+        let immediates = kernels::Only { body, count };
         let Self { particles, deformations, bodies, sums, .. } = *self;
         let mut rec = Recording::new("measure");
-        rec.each(
-            &mpm::Measure { particles, deformations, bodies, sums, immediates },
-            &self.constants,
-            u64::from(count),
-        );
+        let call = mpm::Measure { particles, deformations, bodies, sums, immediates };
+        rec.each(&call, &self.constants, u64::from(count));
         self.gpu.run(&rec)?;
-        Ok(Measure::of(&self.gpu.read(sums)?))
+        Ok(Measure::of(&self.gpu.read(sums)?, self.dx))
     }
 }
 

@@ -324,7 +324,7 @@ impl<'gpu> Sph<'gpu> {
         let call = mpm::Measure { particles, deformations, bodies, sums, immediates };
         rec.each(&call, &self.constants, u64::from(self.count));
         self.gpu.run(&rec)?;
-        Ok(Measure::of(&self.gpu.read(sums)?))
+        Ok(Measure::of(&self.gpu.read(sums)?, self.fluid.particle_size))
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use physvideo::assemble::assemble;
 use physvideo::elastic::Choice;
-use physvideo::estimate::{Estimate, estimate};
+use physvideo::estimate::{Estimate, estimate, step_notes};
 use physvideo::plan::Plan;
 use physvideo_gpu::{DeviceInfo, Feature, GpuError, kernels};
 
@@ -44,7 +44,8 @@ pub(super) fn plan(
     for body in &assembled.world.bodies {
         print(&format!("{:<12} {} particles", body.name, body.positions.len()));
     }
-    for note in chosen.iter().chain(&assembled.notes) {
+    let steps = step_notes(&assembled.world, loaded.scene.output.fps);
+    for note in chosen.iter().chain(&assembled.notes).chain(&steps) {
         print(&format!("{:<12} {note}", "note"));
     }
     print(&numbers(&loaded, &plan, &estimate));

@@ -7,6 +7,7 @@ mod mpm;
 mod points;
 mod skip;
 mod sph;
+mod stress;
 mod wp;
 
 use std::collections::BTreeMap;
@@ -115,6 +116,15 @@ enum What {
         #[arg(long, default_value_t = 9)]
         repeats: usize,
     },
+    /// Cases that must not explode, as a table.
+    Stress {
+        /// Only cases whose name holds this.
+        #[arg(long, default_value = "")]
+        only: String,
+        /// Write stress.csv and stress.md into this folder.
+        #[arg(long)]
+        out: Option<std::path::PathBuf>,
+    },
     /// Work–precision diagrams: evaluations of the network against error, as SVG and CSV.
     Wp {
         #[command(subcommand)]
@@ -152,6 +162,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         What::Sph { pressure, n, steps, repeats } => sph::bench(&gpu, pressure, n, steps, repeats),
         What::Points { points, width, height, repeats } => points::bench(&gpu, points, [width, height], repeats),
         What::Skip { repeats } => skip::bench(&gpu, repeats),
+        What::Stress { ref only, ref out } => stress::bench(&gpu, only, out.as_deref()),
         What::Wp { ref problem } => wp::bench(&gpu, problem),
     }
 }

@@ -5,6 +5,9 @@ use physvideo_gpu::kernels::{Clock, Live};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 use crate::random::Random;
 
+/// The shortest step as a share of the frame.
+const LEAST_STEP: f64 = 2.5e-7;
+
 pub static CASE: Case = Case {
     kernel: "mpm/clock",
     inputs,
@@ -16,7 +19,7 @@ pub static CASE: Case = Case {
     flops: 0.02,
 };
 
-/// Seeds run through a plain step, the end of a frame, overflow, a forced step, a forced step too long.
+/// Seeds run through a plain step, the end of a frame, overflow, a forced step, one too long, one too short.
 fn inputs(ask: Ask) -> Call {
     let mut random = Random::new(ask.seed);
     let length = random.range(0.01, 0.1);
@@ -49,6 +52,7 @@ fn inputs(ask: Ask) -> Call {
         6 => clock.watch = 1,
         7 => (clock.watch, clock.clamped_velocity, clock.quarantined) = (1, 0, 0),
         3 => clock.force_dt = length * 0.01,
+        0 if ask.items == 65 => clock.force_dt = length * 1e-7,
         4 => clock.force_dt = length * 2.0,
         _ => {}
     }
@@ -63,12 +67,24 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let (now, live): (Clock, Live) = (out.one("clock"), out.one("live"));
     let of = |x: f32| f64::from(x);
     let t = of(was.t) + of(was.dt);
-    let left = of(was.frame_length) - t;
-    let done = left <= 1e-6 * of(was.frame_length);
+    let done = of(was.frame_length) - t <= 1e-6 * of(was.frame_length);
     let full = live_was.overflow + live_was.crowded > 0;
     let fault = was.watch != 0 && was.clamped_velocity + was.quarantined > 0;
+    // A speed that is not finite counts as the largest there is: the step is then as good as nothing.
+    let speed = f32::from_bits(was.speed_bits);
+    let speed = if speed.is_finite() { of(speed) } else { of(f32::MAX) };
+    let mut limit = of(was.courant) * of(was.dx) / of(was.wave_speed).max(speed);
+    if was.longest > 0.0 {
+        limit = limit.min(of(was.longest));
+    }
+    let left = of(was.frame_length) - t;
+    let forced = of(was.force_dt) > 0.0;
+    // As few equal steps as the limit allows; a thousandth of a step over it is let pass.
+    let dt = if forced { left.min(of(was.force_dt)) } else { left / (left / limit - 1e-3).ceil().max(1.0) };
     let early = full || fault;
-    let stop = done || early;
+    // Time in f32 would not pass.
+    let stalled = !done && !early && dt < LEAST_STEP * of(was.frame_length);
+    let stop = done || early || stalled;
     let groups = if stop { 0 } else { was.particles.div_ceil(64) - was.idle_groups };
     let live_want = Live {
         blocks_y: 1,
@@ -97,22 +113,21 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             vec![if done && !early { of(was.frame_length) } else { t }],
             of(was.frame_length),
         ),
+        Compared::equal("stalled", &[now.stalled], &[u32::from(stalled)]),
         Compared::fact("a step is never negative, infinite or NaN", now.dt.is_finite() && now.dt >= 0.0),
     ];
     if stop {
         facts.push(Compared::fact("no step", now.dt == 0.0));
+        if stalled {
+            facts.push(Compared::near(
+                "the speed that stalls it",
+                vec![of(f32::from_bits(now.speed_bits))],
+                vec![speed],
+                speed,
+            ));
+        }
         return facts;
     }
-    // A speed that is not finite counts as the largest there is: the step is then as good as nothing.
-    let speed = f32::from_bits(was.speed_bits);
-    let speed = if speed.is_finite() { of(speed) } else { of(f32::MAX) };
-    let mut limit = of(was.courant) * of(was.dx) / of(was.wave_speed).max(speed);
-    if was.longest > 0.0 {
-        limit = limit.min(of(was.longest));
-    }
-    let forced = of(was.force_dt) > 0.0;
-    // As few equal steps as the limit allows; a thousandth of a step over it is let pass.
-    let dt = if forced { left.min(of(was.force_dt)) } else { left / (left / limit - 1e-3).ceil().max(1.0) };
     // Below the smallest normal f32 a device may flush to zero.
     let scale = dt.max(1e-30);
     let min = if was.dt_min == 0.0 { dt } else { dt.min(of(was.dt_min)) };

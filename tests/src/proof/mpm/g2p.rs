@@ -182,7 +182,9 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             idle &= q.tag == p.tag | QUARANTINED;
             continue;
         }
-        if (if liquid { next[0] } else { next.determinant() }) < MIN_VOLUME {
+        let volume_of = |f: &Mat3| if liquid { f[0] } else { f.determinant() };
+        // Only what would be compressed further is refused.
+        if volume_of(&next) < MIN_VOLUME && volume_of(&next) <= volume_of(&old) {
             next = old;
             squeezed += 1;
         }

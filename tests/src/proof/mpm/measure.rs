@@ -1,10 +1,13 @@
-//! Proof of `mpm/measure`: mass, momentum, angular momentum and energies of one body, in partial sums of 64.
+//! Proof of `mpm/measure`: mass, momentum, angular momentum and energies of one body or of all, in partial sums of 64.
 
 use physvideo_gpu::kernels::{Body, Deformation, Only, Particle, Sums};
 
-use super::{Mat3, bodies, gradient, law, memory, vec3};
+use super::{Mat3, affine, bodies, gradient, law, memory, vec3};
 use crate::proof::cloud::{Cloud, DORMANT, QUARANTINED};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
+
+/// Names all bodies.
+const EVERY: u32 = u32::MAX;
 
 pub static CASE: Case = Case {
     kernel: "mpm/measure",
@@ -24,8 +27,12 @@ fn inputs(ask: Ask) -> Call {
         p.tag |= DORMANT | QUARANTINED;
     }
     let groups = ask.items.div_ceil(64);
+    let body = match ask.seed % 4 {
+        3 => EVERY,
+        seed => (seed as usize % bodies().len()) as u32,
+    };
     Call::new(groups)
-        .immediates(&Only { body: (ask.seed as usize % bodies().len()) as u32, count: ask.items as u32 })
+        .immediates(&Only { body, count: ask.items as u32 })
         .with("particles", &cloud.particles)
         .with("deformations", &cloud.deformations)
         .with("bodies", &bodies())
@@ -40,11 +47,12 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let sums: Vec<Sums> = out.get("sums");
     let (mut got, mut want, mut scale) = (Vec::new(), Vec::new(), Vec::new());
     for (group, s) in sums.iter().enumerate() {
-        let numbers = [&s.momentum[..], &s.spin, &[s.elastic, s.height, s.lost, s.speed]].concat();
+        let numbers =
+            [&s.momentum[..], &s.spin, &[s.elastic, s.height, s.lost, s.speed, s.potential, s.affine]].concat();
         got.extend(numbers.into_iter().map(f64::from));
-        let (mut sum, mut size) = ([0.0; 12], [0.0; 12]);
+        let (mut sum, mut size) = ([0.0; 14], [0.0; 14]);
         let all = particles.iter().zip(&deformations).skip(group * 64).take(64);
-        for (p, d) in all.filter(|(p, _)| p.tag & 0xff == only.body) {
+        for (p, d) in all.filter(|(p, _)| only.body == EVERY || p.tag & 0xff == only.body) {
             if p.tag & QUARANTINED != 0 {
                 sum[10] += f64::from(u8::from(p.tag & DORMANT == 0));
                 continue;
@@ -52,7 +60,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             let (m, x, v) = (f64::from(p.m), vec3(&p.x), vec3(&p.v));
             let spin = m * x.cross(&v);
             let volume = f64::from(d.f0[3]);
-            let body = &bodies[only.body as usize];
+            let body = &bodies[(p.tag & 0xff) as usize];
             let answer = law::respond(body, &gradient(d), memory(d), &Mat3::zeros());
             let energy = volume * answer.energy;
             let terms = [
@@ -67,6 +75,9 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
                 energy,
                 m * x[2],
                 0.0,
+                0.0,
+                -m * vec3(&body.gravity).dot(&x),
+                0.5 * m * affine(p).norm_squared(),
             ];
             let stiff = volume * law::stiffness(body, &gradient(d), &answer);
             for (i, term) in terms.iter().enumerate() {
@@ -75,6 +86,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
                     0..=2 => m * v.norm(),
                     4..=6 => m * v.norm() * x.norm(),
                     8 => stiff,
+                    12 => m * vec3(&body.gravity).norm() * x.norm(),
                     _ => term.abs(),
                 };
             }

@@ -1,0 +1,87 @@
+//! Odd bodies in odd places: one particle, none, coincident ones, cell and domain borders, walls that close in.
+
+use physvideo::scene::Material;
+use physvideo_gpu::kernels::Collider;
+
+use super::step::{AS_BUILT, DX, drop};
+use super::{Bound, Case, MATERIALS, Setup, Verdict};
+use crate::problems::setup::{Lattice, plane, world};
+
+const ANY: &[Verdict] = &[Verdict::Clean, Verdict::Counted, Verdict::TakenBack];
+
+/// The drop with these particles instead of a cube.
+fn at(material: Material, places: &[[f64; 3]]) -> Setup {
+    let mut s = drop(material, 1000.0, 0.0);
+    s.world.bodies = vec![Lattice::of_eight(DX).body(material, 1000.0, places, |_| [0.0, 0.0, -1.0])];
+    s
+}
+
+/// On nodes, on the faces where the particle's cell changes, and on the domain's corners.
+fn borders(material: Material) -> Setup {
+    let mut places: Vec<[f64; 3]> =
+        (0..64).map(|i| [i % 4, i / 4 % 4, i / 16].map(|c| f64::from(c) * 0.5 * DX)).collect();
+    places.extend([[-2.0, -2.0, -0.5], [2.25, 2.25, 2.0], [-2.0, 2.25, 0.0], [-2.0, 0.0, 2.0]]);
+    let mut s = at(material, &places);
+    // Those in the corners would fall out of it.
+    s.world.gravity = [0.0; 3];
+    s.world.bodies[0].velocities.fill([0.0; 3]);
+    s.bound = Bound::Energy(1.05, 1e-9);
+    s
+}
+
+/// Walls that take 0.25 s to close to half the width of what fills the room.
+pub fn crushed(material: Material) -> Setup {
+    let lattice = Lattice::of_eight(DX);
+    let cube = lattice.fill([0.0; 3], [0.25; 3], |_| true);
+    let mut w = world(vec![lattice.body(material, 1000.0, &cube, |_| [0.0; 3])], DX, [-0.25; 3], [0.5; 3]);
+    let wall = |x: f64, toward: f32| Collider {
+        velocity: [0.25 * toward, 0.0, 0.0, 0.0],
+        end: 0.25,
+        ..plane([x, 0.0, 0.0], [toward, 0.0, 0.0], false)
+    };
+    w.colliders = vec![wall(0.0, 1.0), wall(0.25, -1.0)];
+    for axis in 1..3 {
+        let unit = |sign: f32| std::array::from_fn(|a| if a == axis { sign } else { 0.0 });
+        w.colliders.push(plane([0.0; 3], unit(1.0), false));
+        w.colliders.push(plane([0.25; 3], unit(-1.0), false));
+    }
+    // Work against a pressure of at most M at the full volume, grown thirtyfold by hardening or the liquid's law.
+    let modulus = f64::from(w.wave_speeds().1).powi(2) * 1000.0;
+    Setup {
+        world: w,
+        spoil: AS_BUILT,
+        frames: 5,
+        length: 0.06,
+        bound: Bound::Energy(1.0, 30.0 * modulus * 0.25f64.powi(3)),
+    }
+}
+
+fn empty(_: Material) -> Setup {
+    let mut s = at(super::material_of("elastic"), &[]);
+    s.world.bodies.clear();
+    s
+}
+
+const fn case(
+    name: &'static str,
+    materials: &'static [&'static str],
+    expect: &'static [Verdict],
+    setup: fn(Material) -> Setup,
+) -> Case {
+    Case { name, materials, large: false, repeats: true, expect, setup }
+}
+
+pub const CASES: [Case; 8] = [
+    case("one particle", &MATERIALS, ANY, |m| at(m, &[[0.1, 0.1, 0.05]])),
+    case("two particles", &MATERIALS, ANY, |m| at(m, &[[0.1, 0.1, 0.05], [0.13, 0.1, 0.05]])),
+    case("64 particles in one place", &MATERIALS, ANY, |m| at(m, &[[0.1, 0.1, 0.1]; 64])),
+    case("on the borders of cells and domain", &MATERIALS, ANY, borders),
+    case("walls close to half the volume", &MATERIALS, ANY, crushed),
+    case("no bodies", &["elastic"], &[Verdict::Clean], empty),
+    case("a body of no particles", &["elastic"], &[Verdict::Clean], |m| at(m, &[])),
+    case("a body of no particles beside another", &["elastic"], &[Verdict::Clean], |m| {
+        let mut s = drop(m, 1000.0, 1.0);
+        s.world.bodies.insert(0, at(m, &[]).world.bodies.remove(0));
+        Setup { bound: Bound::Energy(1.05, 0.0), ..s }
+    }),
+];

@@ -1,0 +1,53 @@
+//! Fast and heavy: impacts, a thousandfold density, speeds that are none.
+
+use physvideo::scene::Material;
+
+use super::step::drop;
+use super::{Bound, Case, MATERIALS, Setup, Verdict};
+use crate::problems::setup::Lattice;
+
+const ANY: &[Verdict] = &[Verdict::Clean, Verdict::Counted, Verdict::TakenBack];
+
+fn impact(material: Material, speed: f64) -> Setup {
+    let mut s = drop(material, 1000.0, speed);
+    s.length = 2e-3;
+    s.frames = 8;
+    s
+}
+
+/// A cube a thousand times as dense on top of another.
+fn heavy(material: Material) -> Setup {
+    let mut s = drop(material, 1.0, 0.0);
+    let lattice = Lattice::of_eight(super::step::DX);
+    let cube = lattice.fill([0.0, 0.0, 0.3], [0.25, 0.25, 0.55], |_| true);
+    s.world.bodies.push(lattice.body(material, 1000.0, &cube, |_| [0.0; 3]));
+    (s.frames, s.length) = (5, 0.03);
+    s
+}
+
+/// Everything moves sideways and out of the grid within the first frames.
+fn leaving(material: Material) -> Setup {
+    let mut s = drop(material, 1000.0, 0.0);
+    s.world.bodies[0].velocities.iter_mut().for_each(|v| *v = [30.0, 0.0, 0.0]);
+    s.length = 0.05;
+    s
+}
+
+fn wild(material: Material) -> Setup {
+    let mut s = drop(material, 1000.0, 0.0);
+    s.world.bodies[0].velocities[100] = [0.0, 1e30, 0.0];
+    s
+}
+
+const fn case(name: &'static str, expect: &'static [Verdict], setup: fn(Material) -> Setup) -> Case {
+    Case { name, materials: &MATERIALS, large: false, repeats: true, expect, setup }
+}
+
+pub const CASES: [Case; 6] = [
+    case("impact at 40 m/s", ANY, |m| impact(m, 40.0)),
+    case("impact at 50 m/s", ANY, |m| impact(m, 50.0)),
+    case("impact at 100 m/s", ANY, |m| impact(m, 100.0)),
+    case("a thousandfold density on top", ANY, heavy),
+    case("leaving the domain at 30 m/s", &[Verdict::TakenBack], leaving),
+    case("one particle at 1e30 m/s", &[Verdict::Refused], |m| Setup { bound: Bound::SpeedLimit, ..wild(m) }),
+];
