@@ -58,3 +58,16 @@ fn an_empty_world_goes_by() {
     assert_eq!(sph.frame(0.5).unwrap().substeps, 0);
     assert_eq!(sph.time(), 0.5);
 }
+
+/// A particle so fast that no step would end the frame: the frame is given up with its name, and nothing has moved.
+#[test]
+fn a_frame_without_an_end_is_given_up() {
+    let gpu = gpu();
+    let mut body = liquid(1000.0, 5e-3, 0.013, lattice(0.013, [0.0; 3], [0.065; 3]));
+    body.velocities[17] = [0.0, 1e30, 0.0];
+    let mut sph = Sph::new(&gpu, &world(Pressure::Wcsph, 0.013, vec![body], [-0.2; 3], [0.3; 3])).unwrap();
+    let stats = sph.frame(0.05).unwrap();
+    let fast = stats.stalled.expect("it never ends");
+    assert_eq!((fast.particle, fast.body), (17, 0), "{stats:?}");
+    assert_eq!(sph.time(), 0.0);
+}

@@ -6,7 +6,7 @@ use physvideo_gpu::kernels::Clock;
 use physvideo_gpu::{GpuError, Groups, Recording};
 
 use super::{BATCH, Lagrangian};
-use crate::stages::solver::FrameStats;
+use crate::stages::solver::{Fastest, FrameStats};
 
 /// Attempts at a frame that are taken back.
 const MOST_REJECTED: u32 = 3;
@@ -84,9 +84,10 @@ impl Lagrangian<'_> {
 
     /// Advances by one frame of `length` seconds.
     ///
-    /// A frame in which a body ran away (‖F‖ over 17) or a node was not finite is taken back as soon as that shows, and one in
-    /// which energy came from nowhere (where only gravity works) at its end; it is repeated with a Courant number 0.78 times as large, which the run then keeps. Three times a frame at most; where
-    /// that does not help, the run returns to its own steps, and what happens is counted.
+    /// A frame in which a body ran away (‖F‖ over 17) or a node was not finite is taken back as soon as that shows, and
+    /// one in which energy came from nowhere (where only gravity works) at its end; it is repeated with a Courant number
+    /// 0.78 times as large, which the run then keeps. Three times a frame at most; where that does not help, the run
+    /// returns to its own steps, and what happens is counted.
     ///
     /// # Errors
     /// The device's refusal.
@@ -112,18 +113,26 @@ impl Lagrangian<'_> {
                 stats.stopped = true;
                 return Ok(stats);
             }
-            let mut bad = clock.clamped_velocity + clock.quarantined > 0;
+            let stalled = clock.stalled != 0;
+            let mut bad = clock.clamped_velocity + clock.quarantined > 0 || stalled;
             self.finish()?;
             if let (Some((own, potential)), true, false) = (before, watch, bad) {
                 let now = self.energy()?;
                 let gained = now.0 + now.1 - own - potential;
                 bad = gained.is_nan() || gained > MOST_GAINED * now.0 + self.noise;
+                stats.gained += u32::from(bad);
             }
             if bad && watch {
                 self.gpu.run(&back)?;
                 stats.rejected += 1;
                 self.courant *= SMALLER;
                 continue;
+            }
+            if stalled {
+                let (particles, deformations) = (self.gpu.read(self.particles)?, self.gpu.read(self.deformations)?);
+                stats.stalled = Fastest::of(&particles, &deformations, &[]);
+                self.gpu.run(&back)?;
+                return Ok(stats);
             }
             if bad && self.guarded {
                 (self.guarded, self.courant) = (false, began);

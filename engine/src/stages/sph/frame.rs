@@ -7,7 +7,7 @@ use physvideo_gpu::{GpuError, Recording};
 
 use super::Sph;
 use crate::stages::cells::Cells;
-use crate::stages::solver::FrameStats;
+use crate::stages::solver::{Fastest, FrameStats};
 
 /// Attempts at a frame that are taken back.
 const MOST_REJECTED: u32 = 3;
@@ -68,12 +68,19 @@ impl Sph<'_> {
                 self.make_room()?;
                 continue;
             }
-            let bad = clock.clamped_velocity + clock.quarantined > 0;
+            let stalled = clock.stalled != 0;
+            let bad = clock.clamped_velocity + clock.quarantined > 0 || stalled;
             if bad && watch {
                 self.gpu.run(&back)?;
                 stats.rejected += 1;
                 self.courant *= SMALLER;
                 continue;
+            }
+            if stalled {
+                let (particles, deformations) = (self.gpu.read(self.particles)?, self.gpu.read(self.deformations)?);
+                stats.stalled = Fastest::of(&particles, &deformations, &[]);
+                self.gpu.run(&back)?;
+                return Ok(stats);
             }
             if bad && self.guarded {
                 (self.guarded, self.courant) = (false, began);
