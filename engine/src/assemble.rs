@@ -16,7 +16,7 @@ use crate::geometry::{
 use crate::limits::{Crowd, MOST_BODIES, refuse_wide};
 use crate::pins;
 use crate::plan::Plan;
-use crate::scene::{Depth, Kind, Material, Object, Problem, Scene, Source};
+use crate::scene::{Depth, Kind, Material, Object, Pressure, Problem, Scene, Source};
 use crate::stages::view;
 use crate::world::{self, Body, World};
 
@@ -74,6 +74,20 @@ pub struct Assembled {
     pub notes: Vec<String>,
     /// Stages that ran here and the wall time of each [ms].
     pub wall_ms: Vec<(&'static str, f64)>,
+}
+
+impl Assembled {
+    /// Which solver moves the bodies, and why.
+    pub fn solver(&self) -> String {
+        match (self.world.is_fluid(), self.elastic.total_lagrangian) {
+            (true, _) => match self.world.fluid.pressure {
+                Pressure::Wcsph => "WCSPH, as `simulation.pressure` asks".into(),
+                Pressure::Dfsph => "DFSPH, by `simulation.pressure`".into(),
+            },
+            (_, true) => format!("total Lagrangian: {}", self.elastic.why),
+            _ => format!("MPM: {}", self.elastic.why),
+        }
+    }
 }
 
 /// Least substep as a share of a frame.
@@ -153,6 +167,17 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
     }
     let domain = domain(scene, &bodies, dx);
     for (body, index) in bodies.iter().zip(&object_of) {
+        let inside = |x: &&[f32; 3]| (0..3).all(|a| x[a] >= domain.0[a] && x[a] <= domain.1[a]);
+        let outside = body.positions.iter().filter(|x| !inside(x)).count();
+        // What an emitter keeps in its pool is looked at below.
+        if scene.simulation.domain.is_some() && body.emission.is_none() && outside > 0 {
+            let message = format!(
+                "{outside} of the {} particles of object[{index}] '{}' start outside of it",
+                body.positions.len(),
+                body.name
+            );
+            return Err(at("simulation.domain".into(), message).help("enlarge it, or move the object into it"));
+        }
         if let (Some(_), Some(behind)) = (&body.emission, behind(body, domain, 1.0 / scene.output.fps)) {
             let message = format!(
                 "particles wait {behind:.3} m behind the nozzle for their turn, which is outside the grid's domain"
@@ -164,6 +189,12 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         {
             let message = "the region lies outside the grid's domain, so nothing reaches it";
             return Err(at(format!("object[{index}].recycle.region"), message).help("enlarge simulation.domain"));
+        }
+        if let Some(r) = &body.recycle
+            && (0..3).any(|a| r.source_min[a] < domain.0[a] || r.source_max[a] > domain.1[a])
+        {
+            let message = "particles would start anew outside the grid's domain";
+            return Err(at(format!("object[{index}].recycle.to"), message).help("enlarge simulation.domain"));
         }
     }
     let world = World {
@@ -189,8 +220,8 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         return Err(at(
             key.into(),
             format!(
-                "a substep of {step:e} s is too short for frames of {frame:e} s: at most a million fit. Make the \
-                 materials softer, the grid coarser, or the winds' drag smaller"
+                "a substep of {step:e} s is too short for frames of {frame:e} s: at most a million fit. What is stiff, fast, \
+                 light or viscous shortens it, and so do fine grids, small Courant numbers and strong drag or damping"
             ),
         ));
     }

@@ -46,7 +46,7 @@ pub(crate) fn pool(
         out = out.min(f64::from(lifetime) + 2.0 * frame);
     }
     let copies = (out / period).ceil().max(1.0) as usize;
-    crowd.add(&format!("object[{index}].emitter"), object, (each * (copies - 1)) as u64)?;
+    crowd.add(&format!("object[{index}].emitter"), object, (each as u64).saturating_mul(copies as u64 - 1))?;
     let at = |(behind, i): &(f32, usize)| (Vec3::from(filled.positions[*i]) + forward * *behind).to_array();
     let positions: Vec<_> = order.iter().map(at).collect();
     let colors: Vec<_> = order.iter().map(|(_, i)| filled.colors[*i]).collect();

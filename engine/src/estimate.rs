@@ -120,6 +120,13 @@ pub fn step_notes(world: &World, fps: f32) -> Vec<String> {
             fastest.name
         ));
     }
+    for body in &world.bodies {
+        let hardest = body.material.hardest();
+        if hardest > 1.0 && world.force_dt.is_none() {
+            let times = hardest.sqrt();
+            notes.push(format!("'{}' hardens as it packs: up to {times:.1} times as many substeps", body.name));
+        }
+    }
     if let Some(soft) = soft_enough(world, fastest)
         && world.force_dt.is_none()
     {

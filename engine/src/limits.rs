@@ -2,7 +2,7 @@
 
 use physvideo_gpu::kernels::{Deformation, Particle};
 
-use crate::scene::{Kind, Object, Problem};
+use crate::scene::{Kind, Material, Object, Problem};
 
 /// Bodies the tag of a particle can name.
 pub(crate) const MOST_BODIES: usize = 256;
@@ -52,6 +52,11 @@ impl Crowd {
              bytes are available",
             object.name
         );
-        Err(Problem::new(Kind::Memory, key, message).help("lower simulation.grid_density or make the object smaller"))
+        let help = if matches!(object.material, Some(Material::Sph { .. })) {
+            "raise simulation.particle_size or make the object smaller"
+        } else {
+            "lower simulation.grid_density or make the object smaller"
+        };
+        Err(Problem::new(Kind::Memory, key, message).help(help))
     }
 }

@@ -53,6 +53,14 @@ impl World {
         speeds.fold((f32::MAX, 0.0), |(low, high), c| (low.min(c), high.max(c)))
     }
 
+    /// Largest speed of a particle at the start [m/s].
+    pub fn start_speed(&self) -> f32 {
+        // In f64: squares of what a scene may say overflow f32.
+        let square = |v: &[f32; 3]| v.iter().map(|c| f64::from(*c).powi(2)).sum::<f64>();
+        let squares = self.bodies.iter().flat_map(|b| &b.velocities).map(square);
+        squares.fold(0.0, f64::max).sqrt() as f32
+    }
+
     /// Whether its bodies are fluids of SPH.
     pub fn is_fluid(&self) -> bool {
         self.bodies.iter().any(|b| matches!(b.material, Material::Sph { .. }))
@@ -83,12 +91,12 @@ impl World {
         colliders
     }
 
-    /// Substep at the start, when nothing moves faster than the waves [s].
+    /// Substep at the start [s].
     pub fn step(&self) -> f32 {
         if self.is_fluid() {
             return self.force_dt.unwrap_or_else(|| fluid::step(self));
         }
-        let waves = self.courant * self.dx / self.wave_speeds().1;
+        let waves = self.courant * self.dx / (self.wave_speeds().1 + self.start_speed());
         let longest = self.longest_step();
         self.force_dt.unwrap_or(if longest > 0.0 { waves.min(longest) } else { waves })
     }

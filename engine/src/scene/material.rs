@@ -197,6 +197,15 @@ impl Material {
         }
     }
 
+    /// How many times as stiff as at rest it can become by packing.
+    pub fn hardest(&self) -> f32 {
+        match *self {
+            Material::Snow { hardening, .. } => (hardening * (1.0 - LEAST_PACKED)).exp(),
+            Material::Foam { .. } => (snow_hardening() * (1.0 - LEAST_PACKED)).exp(),
+            _ => 1.0,
+        }
+    }
+
     /// Keeps its shape: its deformation gradient says how it has moved since the start.
     pub fn elastic(&self) -> bool {
         matches!(self, Material::Elastic { .. } | Material::NeoHookean { .. })

@@ -186,6 +186,7 @@ impl Rules<'_> {
             let message = "only an object with a material that is not seen in the photograph can be emitted";
             self.report(Kind::Conflict, key, message, "give it a material, or remove this key");
         }
+        self.no_sph(key, object, "emitted");
         if object.velocity == [0.0; 3] {
             let message = "without a velocity of the object nothing leaves it";
             self.report(Kind::Conflict, key, message, "give the object a `velocity`");
@@ -196,12 +197,21 @@ impl Rules<'_> {
         }
     }
 
+    /// SPH has no pool of particles that are not there.
+    fn no_sph(&mut self, key: &str, object: &Object, what: &str) {
+        if matches!(object.material, Some(Material::Sph { .. })) {
+            let message = format!("a liquid of SPH cannot be {what} yet");
+            self.report(Kind::Conflict, key, message, "take `material.liquid`, or remove this key");
+        }
+    }
+
     fn recycle(&mut self, object_key: &str, object: &Object, recycle: &Recycle) {
         let key = format!("{object_key}.recycle");
         if object.material.is_none() || matches!(object.source, Source::Mask { .. }) {
             let message = "only an object with a material that is not seen in the photograph can start anew";
             self.report(Kind::Conflict, key.clone(), message, "give it a material, or remove this key");
         }
+        self.no_sph(&key, object, "recycled");
         let Domain { min, max } = recycle.to;
         self.ordered(&format!("{key}.to"), &min, &max);
         let apart = match recycle.region {

@@ -52,6 +52,8 @@ pub struct Report {
     pub device: Option<DeviceEntry>,
     /// Stages and why some are skipped.
     pub plan: Vec<PlanEntry>,
+    /// Which solver moved the bodies, and why; absent when nothing is simulated.
+    pub solver: Option<String>,
     /// Time each took.
     pub stages: Vec<StageTime>,
     /// Particles of each simulated object.

@@ -80,6 +80,7 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<(), AppError> {
     for (stage, ms) in &assembled.wall_ms {
         report.add_ms(stage, *ms);
     }
+    report.solver = plan.runs("simulate").then(|| assembled.solver());
     report.warnings.extend(assembled.notes.iter().cloned());
     for (body, object) in assembled.world.bodies.iter().zip(&assembled.object_of) {
         let count = body.positions.len() as u64;
@@ -297,7 +298,7 @@ impl Clip<'_> {
                 return Err(AppError::Numeric(format!(
                     "object '{}' is lost in frame {frame}: all of its {lost} particles left the grid's domain or are no \
                      longer finite. Lower simulation.courant (or remove simulation.force_dt), enlarge \
-                     simulation.domain, or give it something to land on",
+                     simulation.domain, give it something to land on, or move it out of obstacles it starts in",
                     particles.object
                 )));
             }

@@ -239,3 +239,18 @@ fn a_video_of_a_size_that_cannot_be_encoded_is_the_scenes_fault() {
     let huge = [("width = 64", "width = 8192"), ("height = 48", "height = 16")];
     fall(&huge).expect(2, &["8192", "output frames only"]);
 }
+
+/// What starts outside of the grid would be lost in the first frame.
+#[test]
+fn a_domain_that_does_not_hold_its_bodies_is_refused() {
+    let small = [("domain = { min = [-0.3, -0.3, -0.1]", "domain = { min = [-0.3, 0.0, -0.1]")];
+    fall(&small)
+        .expect(2, &["scene.toml:11:", "simulation.domain", "particles of object[0] 'jelly' start outside", "enlarge"]);
+}
+
+/// A start so fast that a frame would take for ever is refused before it begins.
+#[test]
+fn a_start_beyond_all_steps_is_refused() {
+    let fast = [("density = 1000.0", "density = 1000.0\nvelocity = [0.0, 0.0, -1e20]")];
+    fall(&fast).expect(2, &["simulation", "too short for frames", "fast"]);
+}

@@ -32,7 +32,7 @@ impl std::fmt::Display for Unfit {
             Self::Empty => "has no particles",
             Self::Spacing => "has other than 8 particles a cell",
             Self::Irregular => "has particles on no regular lattice",
-            Self::Recycled => "is recycled",
+            Self::Recycled => "is emitted or starts anew at its source",
             Self::Material => "has a material that is not elastic",
         })
     }

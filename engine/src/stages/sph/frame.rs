@@ -13,6 +13,8 @@ use crate::stages::solver::{Fastest, FrameStats};
 const MOST_REJECTED: u32 = 3;
 /// What the Courant number is multiplied by then.
 const SMALLER: f32 = 0.5;
+/// Frames without a fault after which it is doubled again: a splash passes.
+const CALM: u32 = 3;
 
 impl Sph<'_> {
     fn stopped(&self) -> bool {
@@ -37,8 +39,8 @@ impl Sph<'_> {
     /// Advances by one frame of `length` seconds.
     ///
     /// A frame in which a particle ran away or was lost is taken back and repeated with half the Courant number, which
-    /// the run then keeps; three times a frame at most. Where that does not help, the run returns to its own steps, and
-    /// what happens is counted.
+    /// doubles again after every third frame without a fault; three times a frame at most. Where that does not help, the
+    /// run returns to its own steps, and what happens is counted.
     ///
     /// # Errors
     /// The device's refusal.
@@ -84,6 +86,10 @@ impl Sph<'_> {
             }
             if bad && self.guarded {
                 (self.guarded, self.courant) = (false, began);
+            }
+            self.calm = if stats.rejected > 0 { 0 } else { self.calm + 1 };
+            if self.calm > 0 && self.calm.is_multiple_of(CALM) {
+                self.courant = (self.courant / SMALLER).min(self.limits.courant);
             }
             let solve = self.gpu.read(self.solve)?[0];
             self.speed = f32::from_bits(clock.speed_bits);

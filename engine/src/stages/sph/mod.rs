@@ -45,6 +45,8 @@ pub struct Sph<'gpu> {
     limits: Limits,
     force_dt: f32,
     courant: f32,
+    /// Frames since one was taken back.
+    calm: u32,
     batch: Option<Prepared<'gpu>>,
     time: f64,
     speed: f32,
@@ -125,6 +127,7 @@ impl<'gpu> Sph<'gpu> {
             limits: limits(world),
             force_dt: world.force_dt.unwrap_or(0.0),
             courant: limits(world).courant,
+            calm: 0,
             batch: None,
             time: 0.0,
             speed: start::fastest(world) + limits(world).speed,

@@ -39,7 +39,7 @@ pub(super) fn plan(
 
     print(&stages(&plan, &assembled.elastic));
     if plan.runs("simulate") {
-        print(&format!("{:<12} {}", "solver", assembled.elastic.why));
+        print(&format!("{:<12} {}", "solver", assembled.solver()));
     }
     for body in &assembled.world.bodies {
         print(&format!("{:<12} {} particles", body.name, body.positions.len()));
