@@ -7,6 +7,7 @@ use std::time::Instant;
 use glam::Vec3;
 use physvideo_gpu::kernels::Camera;
 
+use crate::domain;
 use crate::elastic::{self, Choice};
 use crate::emission;
 use crate::fluid::Fluid;
@@ -165,38 +166,8 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
     if bodies.len() > MOST_BODIES {
         return Err(at("object".into(), format!("at most {MOST_BODIES} objects with a material fit in a scene")));
     }
-    let domain = domain(scene, &bodies, dx);
-    for (body, index) in bodies.iter().zip(&object_of) {
-        let inside = |x: &&[f32; 3]| (0..3).all(|a| x[a] >= domain.0[a] && x[a] <= domain.1[a]);
-        let outside = body.positions.iter().filter(|x| !inside(x)).count();
-        // What an emitter keeps in its pool is looked at below.
-        if scene.simulation.domain.is_some() && body.emission.is_none() && outside > 0 {
-            let message = format!(
-                "{outside} of the {} particles of object[{index}] '{}' start outside of it",
-                body.positions.len(),
-                body.name
-            );
-            return Err(at("simulation.domain".into(), message).help("enlarge it, or move the object into it"));
-        }
-        if let (Some(_), Some(behind)) = (&body.emission, behind(body, domain, 1.0 / scene.output.fps)) {
-            let message = format!(
-                "particles wait {behind:.3} m behind the nozzle for their turn, which is outside the grid's domain"
-            );
-            return Err(at(format!("object[{index}].emitter"), message).help("enlarge simulation.domain"));
-        }
-        if let Some(r) = &body.recycle
-            && !reaches(domain, r)
-        {
-            let message = "the region lies outside the grid's domain, so nothing reaches it";
-            return Err(at(format!("object[{index}].recycle.region"), message).help("enlarge simulation.domain"));
-        }
-        if let Some(r) = &body.recycle
-            && (0..3).any(|a| r.source_min[a] < domain.0[a] || r.source_max[a] > domain.1[a])
-        {
-            let message = "particles would start anew outside the grid's domain";
-            return Err(at(format!("object[{index}].recycle.to"), message).help("enlarge simulation.domain"));
-        }
-    }
+    let domain = domain::of(scene, &bodies, dx);
+    domain::check(scene, &bodies, &object_of, domain)?;
     let world = World {
         bodies,
         gravity: scene.gravity,
@@ -433,36 +404,4 @@ fn body(
         recycle: world::recycle(object, scene.seed, index as u32),
         emission: None,
     })
-}
-
-/// How far what leaves within a frame of `length` [s] stands behind the nozzle [m], where that is outside the domain.
-fn behind(body: &Body, (low, high): ([f32; 3], [f32; 3]), length: f32) -> Option<f32> {
-    let back = |(x, v): (&[f32; 3], &[f32; 3])| [0, 1, 2].map(|a| x[a] - v[a] * length);
-    let outside = |x: [f32; 3]| (0..3).any(|a| x[a] < low[a] || x[a] > high[a]);
-    let speed = body.velocities.first().map_or(0.0, |v| Vec3::from(*v).length());
-    body.positions.iter().zip(&body.velocities).map(back).any(outside).then_some(speed * length)
-}
-
-/// Whether a region that particles return from lies in the grid's space at all.
-fn reaches((low, high): ([f32; 3], [f32; 3]), r: &physvideo_gpu::kernels::Return) -> bool {
-    let reach = if r.region == 2 { r.region_max[0] } else { 0.0 };
-    let end = |a: usize| if r.region == 2 { r.region_min[a] } else { r.region_max[a] };
-    (0..3).all(|a| r.region_min[a] - reach < high[a] && end(a) + reach > low[a])
-}
-
-/// The grid's space: the scene's, else the bodies' box doubled, down to the ground.
-fn domain(scene: &Scene, bodies: &[Body], dx: f32) -> ([f32; 3], [f32; 3]) {
-    if let Some(d) = scene.simulation.domain {
-        return (d.min, d.max);
-    }
-    let (mut low, mut high) = (Vec3::splat(f32::MAX), Vec3::splat(f32::MIN));
-    for x in bodies.iter().flat_map(|b| &b.positions) {
-        low = low.min(Vec3::from(*x));
-        high = high.max(Vec3::from(*x));
-    }
-    if low.x > high.x {
-        return ([0.0; 3], [dx; 3]);
-    }
-    let margin = 0.5 * (high - low).max(Vec3::splat(0.25));
-    ((low - margin).to_array(), (high + margin).to_array())
 }
