@@ -17,7 +17,7 @@ use crate::geometry::{
 use crate::limits::{Crowd, MOST_BODIES, refuse_wide};
 use crate::pins;
 use crate::plan::Plan;
-use crate::scene::{Depth, Kind, Material, Object, Pressure, Problem, Scene, Source};
+use crate::scene::{Depth, Kind, Material, Object, Problem, Scene, Source};
 use crate::stages::view;
 use crate::world::{self, Body, World};
 
@@ -75,20 +75,6 @@ pub struct Assembled {
     pub notes: Vec<String>,
     /// Stages that ran here and the wall time of each [ms].
     pub wall_ms: Vec<(&'static str, f64)>,
-}
-
-impl Assembled {
-    /// Which solver moves the bodies, and why.
-    pub fn solver(&self) -> String {
-        match (self.world.is_fluid(), self.elastic.total_lagrangian) {
-            (true, _) => match self.world.fluid.pressure {
-                Pressure::Wcsph => "WCSPH, as `simulation.pressure` asks".into(),
-                Pressure::Dfsph => "DFSPH, by `simulation.pressure`".into(),
-            },
-            (_, true) => format!("total Lagrangian: {}", self.elastic.why),
-            _ => format!("MPM: {}", self.elastic.why),
-        }
-    }
 }
 
 /// Least substep as a share of a frame.

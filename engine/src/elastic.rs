@@ -1,6 +1,7 @@
 //! Which solver moves the bodies of a world, and why: the reason is part of the plan. Opens no device.
 
-use crate::scene::{Elastic, Kind, Problem};
+use crate::assemble::Assembled;
+use crate::scene::{Elastic, Kind, Pressure, Problem};
 use crate::stages::lagrangian;
 use crate::world::World;
 
@@ -47,5 +48,19 @@ pub fn choose(asked: Elastic, world: &World) -> Result<Choice, Problem> {
             total_lagrangian: true,
             why: "one elastic body on a regular lattice, which neither tears nor flows".into(),
         }),
+    }
+}
+
+impl Assembled {
+    /// Which solver moves the bodies, and why.
+    pub fn solver(&self) -> String {
+        match (self.world.is_fluid(), self.elastic.total_lagrangian) {
+            (true, _) => match self.world.fluid.pressure {
+                Pressure::Wcsph => "WCSPH, as `simulation.pressure` asks".into(),
+                Pressure::Dfsph => "DFSPH, by `simulation.pressure`".into(),
+            },
+            (_, true) => format!("total Lagrangian: {}", self.elastic.why),
+            _ => format!("MPM: {}", self.elastic.why),
+        }
     }
 }

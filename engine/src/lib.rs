@@ -12,6 +12,7 @@ pub mod estimate;
 pub mod flow;
 pub mod fluid;
 pub mod geometry;
+mod holes;
 mod limits;
 mod pins;
 pub mod plan;

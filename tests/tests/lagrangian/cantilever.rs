@@ -64,13 +64,3 @@ fn a_heavier_beam_is_told_apart() {
     let heavier = sag(1.05, 4.0, 5.0);
     assert!((heavier / 0.12347 / 1.032 - 1.0).abs() > 0.03, "tip {heavier}");
 }
-
-/// The whole table, by hand: `cargo test --release … --ignored the_table`.
-#[test]
-#[ignore = "minutes: the figures in the notes"]
-fn the_table() {
-    for cells in [4.0, 8.0, 16.0] {
-        let got = sag(1.0, cells, 20.0);
-        println!("L/h 20, {cells} cells: {:+.3} %", 100.0 * (got / 0.12347 / (1.0 + 0.8 / 400.0) - 1.0));
-    }
-}

@@ -54,18 +54,6 @@ fn bodies_of_any_shape_are_stable() {
     }
 }
 
-/// Where the limit is, by forced steps: `-- --ignored --nocapture`.
-#[test]
-#[ignore = "the figures in the notes"]
-fn the_limit() {
-    for shape in ["cube", "ball", "ragged"] {
-        for courant in [0.8f32, 0.9, 1.0, 1.1, 1.2, 1.3] {
-            let (frames, kept) = shake(shape, |w| w.force_dt = Some(courant * w.dx / w.wave_speeds().1));
-            println!("{shape} at {courant}: {} faults, energy {kept:.3}", faults(&frames));
-        }
-    }
-}
-
 #[test]
 fn a_step_too_long_is_taken_back_and_remembered() {
     let (frames, kept) = shake("cube", |w| w.courant = 1.9);

@@ -8,6 +8,7 @@
 mod clamp;
 mod frame;
 mod lattice;
+mod play;
 mod reference;
 
 use std::sync::Arc;
@@ -19,7 +20,7 @@ use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Prepared, Recording};
 
 use self::reference::Reference;
 use super::cells::PARTICLE_GROUPS;
-use super::solver::{FrameStats, Measure, Solver};
+use super::solver::Measure;
 use crate::world::World;
 
 pub use self::lattice::Unfit;
@@ -379,34 +380,4 @@ fn initial_particles(world: &World) -> (Vec<Particle>, Vec<Deformation>) {
         }
     }
     (particles, deformations)
-}
-
-impl Solver for Lagrangian<'_> {
-    fn frame(&mut self, length: f32) -> Result<FrameStats, GpuError> {
-        Lagrangian::frame(self, length)
-    }
-
-    fn measure(&self, index: usize) -> Result<Measure, GpuError> {
-        Lagrangian::measure(self, index)
-    }
-
-    fn time(&self) -> f64 {
-        self.time
-    }
-
-    fn stop_when(&mut self, asked: Arc<AtomicBool>) {
-        self.stop = Some(asked);
-    }
-
-    fn particles(&self) -> Buf<Particle> {
-        self.particles
-    }
-
-    fn deformations(&self) -> Buf<Deformation> {
-        self.deformations
-    }
-
-    fn deterministic(&self) -> bool {
-        true
-    }
 }

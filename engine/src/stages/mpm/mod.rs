@@ -3,6 +3,7 @@
 
 mod awake;
 mod frame;
+mod play;
 mod rest;
 mod run;
 mod start;
@@ -19,7 +20,7 @@ use self::start::{constants, initial_state, room};
 use super::cells::{self, Cells, PARTICLE_GROUPS};
 use super::emit::Emitter;
 use super::energy::Budget;
-use super::solver::{FrameStats, Measure, Solver};
+use super::solver::Measure;
 use super::source::Recycling;
 use crate::world::World;
 
@@ -372,40 +373,6 @@ impl<'gpu> Mpm<'gpu> {
         rec.each(&call, &self.constants, u64::from(count));
         self.gpu.run(&rec)?;
         Ok(Measure::of(&self.gpu.read(sums)?, self.dx))
-    }
-}
-
-impl Solver for Mpm<'_> {
-    fn frame(&mut self, length: f32) -> Result<FrameStats, GpuError> {
-        Mpm::frame(self, length)
-    }
-
-    fn measure(&self, index: usize) -> Result<Measure, GpuError> {
-        Mpm::measure(self, index)
-    }
-
-    fn time(&self) -> f64 {
-        self.time
-    }
-
-    fn stop_when(&mut self, asked: Arc<AtomicBool>) {
-        self.stop = Some(asked);
-    }
-
-    fn particles(&self) -> Buf<Particle> {
-        self.particles
-    }
-
-    fn deformations(&self) -> Buf<Deformation> {
-        self.deformations
-    }
-
-    fn left_out(&self) -> Vec<Vec<[f64; 2]>> {
-        self.rest.naps(self.time)
-    }
-
-    fn deterministic(&self) -> bool {
-        self.p2g != P2g::Float
     }
 }
 
