@@ -168,3 +168,14 @@ pub trait Solver {
     /// Whether the same run gives the same bits on this device.
     fn deterministic(&self) -> bool;
 }
+
+/// Flag of a particle that is held (`PINNED` in WGSL).
+pub const PINNED: u32 = 0x4000_0000;
+/// Flag of a particle of a body at rest that is left out (`ASLEEP` in WGSL).
+pub const ASLEEP: u32 = 0x1000_0000;
+/// Flag of a particle that is not emitted yet, or no more (`DORMANT` in WGSL); comes with [`QUARANTINED`].
+pub const DORMANT: u32 = 0x0800_0000;
+/// Flag of a particle whose F is not that of its whole motion (`FLOWS` in WGSL).
+pub const FLOWS: u32 = 0x2000_0000;
+/// Flag of a particle that was taken out (`QUARANTINED` in WGSL).
+pub const QUARANTINED: u32 = 0x8000_0000;

@@ -20,7 +20,7 @@ use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Prepared, Recording};
 
 use self::reference::Reference;
 use super::cells::PARTICLE_GROUPS;
-use super::solver::Measure;
+use super::solver::{Measure, PINNED};
 use crate::world::World;
 
 pub use self::lattice::Unfit;
@@ -28,10 +28,6 @@ pub use self::reference::{fit, thin};
 
 /// Substeps in a command buffer.
 const BATCH: u32 = 32;
-/// Fields, and obstacles, that fit in one scene.
-const MOST: usize = 16;
-/// Flag of a particle that is held (`PINNED` in WGSL).
-const PINNED: u32 = 0x4000_0000;
 
 /// Why there is no solver.
 #[derive(Debug, thiserror::Error)]
@@ -144,16 +140,7 @@ impl<'gpu> Lagrangian<'gpu> {
             particle_ranges.push(first..first + body.positions.len() as u64);
             first += body.positions.len() as u64;
         }
-        let mut forces = Forces::zeroed();
-        forces.count = world.fields.len().min(MOST) as u32;
-        for (slot, field) in forces.d.iter_mut().zip(&world.fields) {
-            *slot = *field;
-        }
-        let mut colliders = Colliders::zeroed();
-        colliders.count = world.colliders.len().min(MOST) as u32;
-        for (slot, collider) in colliders.d.iter_mut().zip(&world.colliders) {
-            *slot = *collider;
-        }
+        let (forces, colliders) = (world.forces(), world.obstacles());
         let sizes = kernels::Reference {
             dx: world.dx,
             nodes: reference.nodes.len() as u32,

@@ -21,6 +21,7 @@ use super::cells::{self, Cells, PARTICLE_GROUPS};
 use super::emit::Emitter;
 use super::energy::Budget;
 use super::solver::Measure;
+pub use super::solver::{ASLEEP, DORMANT, FLOWS, PINNED, QUARANTINED};
 use super::source::Recycling;
 use crate::world::World;
 
@@ -375,14 +376,3 @@ impl<'gpu> Mpm<'gpu> {
         Ok(Measure::of(&self.gpu.read(sums)?, self.dx))
     }
 }
-
-/// Flag of a particle that is held (`PINNED` in WGSL).
-pub const PINNED: u32 = 0x4000_0000;
-/// Flag of a particle of a body at rest that is left out (`ASLEEP` in WGSL).
-pub const ASLEEP: u32 = 0x1000_0000;
-/// Flag of a particle that is not emitted yet, or no more (`DORMANT` in WGSL); comes with [`QUARANTINED`].
-pub const DORMANT: u32 = 0x0800_0000;
-/// Flag of a particle whose F is not that of its whole motion (`FLOWS` in WGSL).
-pub const FLOWS: u32 = 0x2000_0000;
-/// Flag of a particle that was taken out (`QUARANTINED` in WGSL).
-pub const QUARANTINED: u32 = 0x8000_0000;

@@ -6,12 +6,11 @@ use physvideo_gpu::kernels::{self, Deformation, Particle};
 
 use crate::scene::Pressure;
 use crate::stages::cells;
+use crate::stages::solver::PINNED;
 use crate::world::World;
 
 /// Neighbours a particle has room for (`NEIGHBOURS` in WGSL).
 pub(super) const NEIGHBOURS: u64 = 64;
-/// Flag of a particle that is held (`PINNED` in WGSL).
-const PINNED: u32 = 0x4000_0000;
 
 /// Blocks there is room for: as many more as are touched at the start, neighbours included; never more than there are.
 pub(super) fn slots(world: &World, grid: &kernels::Grid) -> u32 {
