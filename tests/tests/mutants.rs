@@ -176,13 +176,18 @@ const LATENT: [(&str, &str, &str, &str); 30] = [
 ];
 
 /// The same for liquids.
-const SPH: [(&str, &str, &str, &str); 20] = [
+const SPH: [(&str, &str, &str, &str); 25] = [
     ("sph/pack", "sph/pack", "< p);", "<= p);"),
     ("sph/pack", "sph/pack", "texel(was, 6u * p + 5u)", "texel(was, 6u * p + 4u)"),
-    ("sph/search", "lib/sph_kernel", "0.25 * a * a * a - b * b * b", "0.25 * a * a * a - 0.999 * b * b * b"),
+    ("sph/pack", "lib/spot", "(q.y & 0x7ffu) << 10u", "(q.y & 0x7ffu) << 11u"),
+    ("sph/search", "lib/spot", "d << 22u", "d << 21u"),
+    ("sph/search", "lib/spot", "SPOTS + 2.2", "SPOTS - 12.2"),
     ("sph/search", "sph/search", "(cell.x & 3) == 0", "(cell.x & 3) == 1"),
-    ("sph/search", "sph/search", "min(total - at, 32u)", "min(total - at, 31u)"),
-    ("sph/search", "sph/search", "g * g / other.w", "g * g"),
+    ("sph/search", "sph/search", "i32(lead) - shift", "i32(lead) + 1 - shift"),
+    ("sph/search", "sph/search", "k < 8u && at", "k < 7u && at"),
+    ("sph/density", "lib/sph_kernel", "0.25 * a * a * a - b * b * b", "0.25 * a * a * a - 0.999 * b * b * b"),
+    ("sph/density", "sph/density", "g * g / other.w", "g * g"),
+    ("sph/density", "sph/density", "select(spline(q), 0.0, j == i)", "spline(q)"),
     ("sph/surround", "lib/wall", "m.slope * free + slope * m.free", "m.slope + slope"),
     ("sph/surround", "lib/wall", "min(across, 0.0)", "across"),
     ("sph/surround", "lib/sph_kernel", "b4 * (0.5 - 0.4 * b)", "b4 * (0.5 - 0.39 * b)"),

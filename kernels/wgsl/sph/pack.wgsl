@@ -1,4 +1,4 @@
-//! use lib/sph
+//! use lib/sph lib/spot
 // Copies the particles into the order of their cells, those of a cell by their numbers, so that every sum that follows
 // goes the same way on every run. One lane a place.
 //! texels was: Particle
@@ -21,6 +21,7 @@ struct Vectors { d: array<vec4f> }
 @group(0) @binding(8) var<storage, read_write> moves: Vectors;     // v [m/s], tag
 @group(0) @binding(9) var<storage, read_write> warm: Vectors;      // in z, w: pressures the last step found [Pa]
 @group(0) @binding(10) var<storage, read_write> numbers: Words;
+@group(0) @binding(11) var<storage, read_write> spots: Words;      // the place, rounded (lib/spot)
 var<immediate> grid: Grid;
 
 @compute @workgroup_size(64)
@@ -40,4 +41,5 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     moves.d[place] = vec4f(motion.xyz, head.w);
     warm.d[place] = texel(was, 6u * p + 5u);
     numbers.d[place] = p;
+    spots.d[place] = spot(grid, head.xyz);
 }

@@ -1,22 +1,22 @@
-//! use lib/sph
-// Lists each particle's neighbours and sums over them. One lane a particle, which tests the cells around its own in
-// stretches of at most 32 candidates: first all of a stretch, a bit each, then only those within reach.
-// On a software driver about half of the time goes to each; unrolling the tests by four changed nothing.
-//! texels places: vec4f
+//! use lib/sph lib/spot
+// Lists each particle's neighbours: all within 2 h, and a few that are a hundredth further. One lane a particle, which
+// tests the rows of cells around its own, four candidates a load and 32 a word, a bit each; then it lists the bits.
+//! texels spots: u32
 //! texels table: u32
 //! texels starts: u32
 //! texels counts: u32
 
 struct Words { d: array<u32> }
-struct Crowds { d: array<Crowd> }
-@group(0) @binding(0) var places: texture_1d<u32>;
+struct Vectors { d: array<vec4f> }
+@group(0) @binding(0) var spots: texture_1d<u32>;
 @group(0) @binding(1) var table: texture_1d<u32>;
 @group(0) @binding(2) var starts: texture_1d<u32>;
 @group(0) @binding(3) var counts: texture_1d<u32>;
-@group(0) @binding(4) var<storage, read> live: Counts;
-@group(0) @binding(5) var<storage, read_write> clock: Clock;
-@group(0) @binding(6) var<storage, read_write> lists: Words;
-@group(0) @binding(7) var<storage, read_write> crowds: Crowds;
+@group(0) @binding(4) var<storage, read> places: Vectors;
+@group(0) @binding(5) var<storage, read> live: Counts;
+@group(0) @binding(6) var<storage, read_write> clock: Clock;
+@group(0) @binding(7) var<storage, read_write> lists: Words;
+@group(0) @binding(8) var<storage, read_write> found: Words;       // how many
 var<immediate> grid: Grid;
 
 // First place and number of the particles in cells first.x … last of a row, within one block.
@@ -36,21 +36,23 @@ fn stretch(first: vec3i, last: i32, blocks: u32) -> vec2u {
     return vec2u(start + before.x + before.y + before.z, within.x + within.y + within.z + within.w);
 }
 
+// The bits from `first` on and before `end`, of which those of this word are kept.
+fn bits(first: i32, end: i32) -> u32 {
+    let a = u32(clamp(first, 0, 32));
+    let n = u32(clamp(end, 0, 32)) - min(a, u32(clamp(end, 0, 32)));
+    return select(0u, (0xffffffffu >> (32u - n)) << a, n > 0u);
+}
+
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
     let stride = clock.particles;
     let placed = live.cursor;
     let blocks = min(live.blocks, grid.capacity);
-    let inv_h = 1.0 / h_of();
-    let reach = grid.dx * grid.dx;
     let i = id.x;
     if (i >= placed) { return; }
-    let x = texel(places, i).xyz;
-    let cell = vec3i(base_node(grid, x));
-    var slope = vec3f(0.0);
-    var fill = spline(0.0);
-    var coupling = 0.0;
-    var found = 0u;
+    let cell = vec3i(base_node(grid, places.d[i].xyz));
+    let own = word(spots, i);
+    var n = 0u;
     // A cell's row of three is in one block or in two: that of the cell itself, and one beside it at its left or right.
     let low = max(cell.x - 1, cell.x & ~3);
     let high = min(cell.x + 1, cell.x | 3);
@@ -62,35 +64,35 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let main = stretch(vec3i(low, y, z), high, blocks);
         var beside = vec2u(0u);
         if (split) { beside = stretch(vec3i(side, y, z), side, blocks); }
-        let total = main.y + beside.y;
-        for (var at = 0u; at < total; at += 32u) {
-            let n = min(total - at, 32u);
+        // Both stretches as one, in fours: where a load begins, and how many there are.
+        let lead = main.x & 3u;
+        let fours = (lead + main.y + 3u) >> 2u;
+        let total = fours + select(0u, ((beside.x & 3u) + beside.y + 3u) >> 2u, beside.y > 0u);
+        let first = main.x >> 2u;
+        let second = (beside.x >> 2u) - fours;
+        let start = i32(4u * fours + (beside.x & 3u));
+        for (var at = 0u; at < total; at += 8u) {
             var near = 0u;
-            for (var k = 0u; k < n; k++) {
-                let j = select(beside.x + at + k - main.y, main.x + at + k, at + k < main.y);
-                let d = x - texel(places, j).xyz;
-                near |= select(0u, 1u << k, dot(d, d) < reach && j != i);
+            for (var k = 0u; k < 8u && at + k < total; k++) {
+                let load = at + k;
+                let four = textureLoad(spots, load + select(second, first, load < fours), 0);
+                let hit = select(0u, 1u, near_by(own, four.x)) | select(0u, 2u, near_by(own, four.y))
+                    | select(0u, 4u, near_by(own, four.z)) | select(0u, 8u, near_by(own, four.w));
+                near |= hit << (4u * k);
             }
+            let shift = i32(4u * at);
+            near &= bits(i32(lead) - shift, i32(lead + main.y) - shift) | bits(start - shift, start + i32(beside.y) - shift);
             while (near != 0u) {
-                let k = at + firstTrailingBit(near);
-                let j = select(beside.x + k - main.y, main.x + k, k < main.y);
+                let k = 4u * at + firstTrailingBit(near);
                 near &= near - 1u;
-                let other = texel(places, j);
-                let d = x - other.xyz;
-                let r = length(d);
-                let q = r * inv_h;
-                let g = spline_slope(q) * inv_h;
-                // Two at the same place push neither.
-                slope += d * (g / max(r, 1e-20));
-                fill += spline(q);
-                coupling += g * g / other.w;
-                if (found < NEIGHBOURS) { lists.d[list_at(stride, i, found)] = j; }
-                found++;
+                let j = k + 4u * select(second, first, k < 4u * fours);
+                if (j != i && n < NEIGHBOURS) { lists.d[list_at(stride, i, n)] = j; }
+                n += select(0u, 1u, j != i);
             }
         }
     }
-    if (found > NEIGHBOURS) { atomicAdd(&clock.clamped_volume, 1u); }
+    if (n > NEIGHBOURS) { atomicAdd(&clock.clamped_volume, 1u); }
     // The rest of the last four is itself, which gives nothing.
-    for (var k = found; k < NEIGHBOURS && (k & 3u) != 0u; k++) { lists.d[list_at(stride, i, k)] = i; }
-    crowds.d[i] = Crowd(slope, fill, coupling, min(found, NEIGHBOURS), vec2u(0u));
+    for (var k = n; k < NEIGHBOURS && (k & 3u) != 0u; k++) { lists.d[list_at(stride, i, k)] = i; }
+    found.d[i] = min(n, NEIGHBOURS);
 }

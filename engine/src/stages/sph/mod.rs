@@ -62,7 +62,9 @@ struct Hot {
     moves: Buf<[f32; 4]>,
     warm: Buf<[f32; 4]>,
     numbers: Buf<u32>,
+    spots: Buf<u32>,
     lists: Buf<u32>,
+    found: Buf<u32>,
     crowds: Buf<Crowd>,
     locals: Buf<Local>,
     points: Buf<[f32; 4]>,
@@ -76,7 +78,7 @@ struct Hot {
 
 impl Hot {
     /// Bytes of each particle.
-    const BYTES: u64 = 7 * 16 + 4 * 4 + 4 * NEIGHBOURS + (size_of::<Crowd>() + size_of::<Local>()) as u64;
+    const BYTES: u64 = 7 * 16 + 6 * 4 + 4 * NEIGHBOURS + (size_of::<Crowd>() + size_of::<Local>()) as u64;
 
     fn new(gpu: &Gpu, count: u64) -> Result<Self, GpuError> {
         Ok(Self {
@@ -84,7 +86,9 @@ impl Hot {
             moves: gpu.alloc("run", "sph/moves", count)?,
             warm: gpu.alloc("run", "sph/warm", count)?,
             numbers: gpu.alloc("run", "sph/numbers", count)?,
+            spots: gpu.alloc("run", "sph/spots", count)?,
             lists: gpu.alloc("run", "sph/lists", NEIGHBOURS * count)?,
+            found: gpu.alloc("run", "sph/found", count)?,
             crowds: gpu.alloc("run", "sph/crowds", count)?,
             locals: gpu.alloc("run", "sph/locals", count)?,
             points: gpu.alloc("run", "sph/points", count)?,
@@ -154,7 +158,9 @@ impl<'gpu> Sph<'gpu> {
         self.cells.record_clear(rec, k);
         rec.call(&mpm::Clock { clock, live }, k, Groups::Direct([1, 1, 1]));
         self.cells.record_sort(rec, k, particles, clock);
-        let Hot { places, moves, warm, numbers, lists, crowds, locals, points, flows, flown, stirs, .. } = hot;
+        let Hot {
+            places, moves, warm, numbers, spots, lists, found, crowds, locals, points, flows, flown, stirs, ..
+        } = hot;
         let was = particles;
         rec.call(
             &sph::Pack {
@@ -169,16 +175,16 @@ impl<'gpu> Sph<'gpu> {
                 moves,
                 warm,
                 numbers,
+                spots,
                 immediates,
             },
             k,
             each,
         );
-        rec.call(
-            &sph::Search { places, table, starts, counts, live: counters, clock, lists, crowds, immediates },
-            k,
-            each,
-        );
+        let search =
+            sph::Search { spots, table, starts, counts, places, live: counters, clock, lists, found, immediates };
+        rec.call(&search, k, each);
+        rec.call(&sph::Density { places, lists, found, live: counters, clock, crowds, immediates }, k, each);
         let surround = sph::Surround {
             places,
             moves,

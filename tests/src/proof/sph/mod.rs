@@ -1,6 +1,7 @@
 //! Proofs of `wgsl/sph`, and the equations their twins share, in f64. Written from the equations, not from the WGSL.
 
 pub mod advance;
+pub mod density;
 pub mod force;
 pub mod judge;
 pub mod pack;
@@ -31,6 +32,14 @@ pub fn vec3(v: &[f32]) -> Vec3 {
 /// Smoothing length of the proofs' grid [m].
 pub fn h() -> f64 {
     0.5 * f64::from(grid().dx)
+}
+
+/// A place in one word: 1/256 of a cell, modulo 8 cells in x and y, 4 in z.
+pub fn spot(x: Vec3) -> u32 {
+    let g = grid();
+    let q: [u32; 3] =
+        std::array::from_fn(|a| ((x[a] - f64::from(g.origin[a])) / f64::from(g.dx) * 256.0).floor() as i64 as u32);
+    q[0] % 2048 << 21 | q[1] % 2048 << 10 | q[2] % 1024
 }
 
 /// The cubic spline of Monaghan (1992), not normalised, and its derivative by q.

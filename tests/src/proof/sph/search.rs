@@ -1,8 +1,8 @@
-//! Proof of `sph/search`: everyone within 2 h is listed once, and s = V Σ W, Σ V ∇W and Σ |V ∇W|²/ρ are their sums.
+//! Proof of `sph/search`: everyone within 2 h is listed once, and nobody further than rounded places can be off.
 
-use physvideo_gpu::kernels::{Clock, Counts, Crowd};
+use physvideo_gpu::kernels::{Clock, Counts};
 
-use super::{gradient, h, vec3, weight};
+use super::{h, spot, vec3};
 use crate::proof::cloud::{Cloud, grid};
 use crate::proof::lattice::Lattice;
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
@@ -11,12 +11,11 @@ pub static CASE: Case = Case {
     kernel: "sph/search",
     inputs,
     compare,
-    tolerance: 4e-6,
-    reason: "distances are known to 1e-6 h in f32 and |slope| ≤ 1/h, its derivative ≤ 3/h²; relative to the sum of the \
-             sizes of the terms",
+    tolerance: 0.0,
+    reason: "who is listed is exact but in the layer that rounding leaves open",
     unordered: &[],
-    bytes: 16.0 + 132.0 + 32.0 + 9.0 * 36.0,
-    flops: 216.0 * 10.0 + 33.0 * 40.0,
+    bytes: 16.0 + 4.0 + 132.0 + 4.0 + 9.0 * 36.0,
+    flops: 216.0 * 10.0,
 };
 
 fn inputs(ask: Ask) -> Call {
@@ -33,76 +32,57 @@ fn inputs(ask: Ask) -> Call {
     }
     let sorted = Lattice::new(grid, &cloud.particles, ask.seed);
     let placed = sorted.counters().cursor as usize;
-    let volume = h().powi(3) as f32;
     let mut places = vec![[f32::NAN; 4]; ask.items];
-    for (place, p) in places.iter_mut().zip(&sorted.order[..placed]) {
+    let mut spots = vec![u32::MAX; ask.items.next_multiple_of(4)];
+    for (at, p) in sorted.order[..placed].iter().enumerate() {
         let p = &cloud.particles[*p as usize];
-        *place = [p.x[0], p.x[1], p.x[2], p.m / volume];
+        places[at] = [p.x[0], p.x[1], p.x[2], 1000.0];
+        spots[at] = spot(vec3(&p.x));
     }
     Call::new(ask.items.div_ceil(64) + 1)
         .with("places", &places)
+        .with("spots", &spots)
         .with("table", &sorted.table)
         .with("starts", &sorted.starts)
         .with("counts", &sorted.counts)
         .with("live", &[sorted.counters()])
         .with("clock", &[Clock { particles: ask.items as u32, ..Default::default() }])
         .with("lists", &vec![u32::MAX; 64 * ask.items])
-        .with("crowds", &vec![Crowd::default(); ask.items])
+        .with("found", &vec![u32::MAX; ask.items])
         .grid(&sorted.grid)
 }
 
 fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let placed = call.buffers.one::<Counts>("live").cursor as usize;
     let places: Vec<[f32; 4]> = call.buffers.get("places");
-    let (crowds, lists): (Vec<Crowd>, Vec<u32>) = (out.get("crowds"), out.get("lists"));
+    let (found, lists): (Vec<u32>, Vec<u32>) = (out.get("found"), out.get("lists"));
     let n = places.len();
-    let (mut got, mut want, mut scale) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut listed, mut crowded) = (true, 0);
+    // Places are known to 1/256 of a cell of 2 h, 1/128 h: two are off by one an axis, and by ¼ and ½ what is packed
+    // below x and y. Beyond that sum nobody is listed.
+    let (inner, outer) = (2.0 - 1e-5, 2.0 + 2.0 * 2.2 / 128.0);
+    let (mut listed, mut crowded) = (true, 0..=0);
     for i in 0..placed {
         let x = vec3(&places[i]);
-        let (mut fill, mut slope, mut coupling, mut size) = (weight(0.0), super::Vec3::zeros(), 0.0, 0.0);
-        let (mut surely, mut perhaps) = (Vec::new(), Vec::new());
-        for j in (0..placed).filter(|j| *j != i) {
-            let d = x - vec3(&places[j]);
-            let q = d.norm() / h();
-            if q < 2.0 - 1e-5 {
-                surely.push(j as u32);
-            } else if q < 2.0 + 1e-5 {
-                perhaps.push(j as u32);
-            }
-            if q < 2.0 {
-                let g = gradient(d);
-                fill += weight(q);
-                slope += g;
-                coupling += g.norm_squared() / f64::from(places[j][3]);
-                size += g.norm();
-            }
-        }
-        let crowd = &crowds[i];
-        if surely.len() <= 64 {
-            let list: Vec<u32> = (0..crowd.count as usize).map(|k| lists[(k / 4 * n + i) * 4 + k % 4]).collect();
+        let within = |reach: f64| -> Vec<u32> {
+            let near = |j: &usize| *j != i && (x - vec3(&places[*j])).norm() < reach * h();
+            (0..placed).filter(near).map(|j| j as u32).collect()
+        };
+        let (surely, perhaps) = (within(inner), within(outer));
+        if perhaps.len() <= 64 {
+            let count = found[i] as usize;
+            let list: Vec<u32> = (0..count).map(|k| lists[(k / 4 * n + i) * 4 + k % 4]).collect();
             listed &= surely.iter().all(|j| list.iter().filter(|l| *l == j).count() == 1);
-            listed &= list.iter().all(|l| surely.contains(l) || perhaps.contains(l));
-            let padding = crowd.count as usize..(crowd.count as usize).next_multiple_of(4);
+            listed &= list.iter().all(|l| perhaps.contains(l));
+            let padding = count..count.next_multiple_of(4);
             listed &= padding.into_iter().all(|k| lists[(k / 4 * n + i) * 4 + k % 4] == i as u32);
         } else {
-            crowded += 1;
+            listed &= found[i] as usize >= surely.len().min(64);
+            crowded = crowded.start() + u32::from(surely.len() > 64)..=crowded.end() + 1;
         }
-        got.extend([f64::from(crowd.fill), f64::from(crowd.coupling)]);
-        got.extend(crowd.slope.map(f64::from));
-        want.extend([fill, coupling, slope[0], slope[1], slope[2]]);
-        scale.extend([
-            fill,
-            coupling + 1.0 / 400.0 / h() / h() * 1e-2,
-            size + 0.01 / h(),
-            size + 0.01 / h(),
-            size + 0.01 / h(),
-        ]);
     }
     let counted = out.one::<Clock>("clock").clamped_volume;
     vec![
         Compared::fact("neighbours are listed, each once", listed),
-        Compared::equal("crowded particles are counted", &[counted], &[crowded]),
-        Compared::close("sums", got, want, scale),
+        Compared::fact("crowded particles are counted", crowded.contains(&counted)),
     ]
 }
