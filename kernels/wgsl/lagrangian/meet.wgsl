@@ -101,11 +101,17 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         for (var half = 0u; half < 2u; half++) {
             var left = atomicLoad(&near[half]);
             while (left != 0u) {
-                let first = (tile + half * 32u + firstTrailingBit(left)) * FACETS;
+                let which = tile + half * 32u + firstTrailingBit(left);
                 left &= left - 1u;
+                let first = which * FACETS;
+                // Who is not near the group looks at none of it.
+                let under = texel(bounds, 4u * which).xyz - own.x;
+                let over = own.x - texel(bounds, 4u * which + 1u).xyz;
+                let off = max(max(under, over), vec3f(0.0));
+                let count = select(0u, 32u, dot(off, off) < reach * reach);
                 for (var stretch = first; stretch < first + FACETS; stretch += 32u) {
                     var hits = 0u;
-                    for (var k = 0u; k < 32u; k++) {
+                    for (var k = 0u; k < count; k++) {
                         let d = own.x - texel(patches, 4u * (stretch + k)).xyz;
                         hits |= select(0u, 1u << k, dot(d, d) < reach * reach);
                     }

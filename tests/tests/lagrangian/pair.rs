@@ -2,7 +2,7 @@
 
 use physvideo::stages::lagrangian::Lagrangian;
 use physvideo::stages::solver::FrameStats;
-use physvideo::world::{Body, World, ground};
+use physvideo::world::{Body, ground};
 use physvideo_gpu::Gpu;
 use physvideo_gpu::kernels::Field;
 use physvideo_tests::device::gpu;

@@ -40,12 +40,13 @@ impl Facets {
                 ..Default::default()
             };
             let first = all.list.len();
-            let filled = Filled(lattice.at.iter().copied().collect());
-            let mut order: Vec<usize> = (0..lattice.at.len()).collect();
+            let shell = Shell::new(&lattice.at);
+            let mut order: Vec<usize> =
+                (0..lattice.at.len()).filter(|i| shell.0.contains_key(&lattice.at[*i])).collect();
             order.sort_unstable_by_key(|i| morton(lattice.at[*i]));
             for i in order {
                 let at = lattice.at[i];
-                for Face { axis, up, normal } in filled.faces(at) {
+                for Face { axis, up, normal } in shell.faces(at) {
                     let mut x: [f64; 3] =
                         std::array::from_fn(|a| lattice.origin[a] + f64::from(at[a]) * lattice.spacing);
                     x[axis] += if up { 0.5 } else { -0.5 } * lattice.spacing;
@@ -84,22 +85,30 @@ fn step(axis: usize, by: i32) -> At {
     std::array::from_fn(|a| if a == axis { by } else { 0 })
 }
 
-/// The places that hold particles.
-struct Filled(HashSet<At>);
+/// The particles at a body's surface, and which of their faces lie bare: bit `axis`, and three more for those that look up.
+struct Shell(HashMap<At, u8>);
 
-impl Filled {
-    /// Whether the particle at `at` has a face there.
+impl Shell {
+    fn new(places: &[At]) -> Self {
+        let all: HashSet<At> = places.iter().copied().collect();
+        let bare = |at: At, axis: usize, by: i32| u8::from(!all.contains(&moved(at, step(axis, by))));
+        let faces = |at: At| (0..3).map(|a| bare(at, a, -1) << a | bare(at, a, 1) << (3 + a)).sum::<u8>();
+        Self(places.iter().map(|at| (*at, faces(*at))).filter(|(_, faces)| *faces > 0).collect())
+    }
+
+    /// Whether the particle at `at`, if there is one, has that face.
     fn bare(&self, at: At, axis: usize, up: bool) -> bool {
-        self.0.contains(&at) && !self.0.contains(&moved(at, step(axis, if up { 1 } else { -1 })))
+        self.0.get(&at).is_some_and(|faces| faces >> (axis + if up { 3 } else { 0 }) & 1 == 1)
     }
 
     /// Sum of the faces within two spacings, the nearer the more.
     fn smooth(&self, at: At) -> glam::Vec3 {
         let near = (0..125).map(|n: i32| [n % 5 - 2, n / 5 % 5 - 2, n / 25 - 2]);
         near.map(|s| {
-            let side = |axis, up| if self.bare(moved(at, s), axis, up) { 1.0 } else { 0.0 };
+            let faces = self.0.get(&moved(at, s)).copied().unwrap_or(0);
+            let side = |bit: usize| f32::from(faces >> bit & 1);
             let tent = s.iter().map(|c| (3 - c.abs()) as f32).product::<f32>();
-            tent * glam::Vec3::from_array(std::array::from_fn(|a| side(a, true) - side(a, false)))
+            tent * glam::Vec3::from_array(std::array::from_fn(|a| side(3 + a) - side(a)))
         })
         .sum()
     }
