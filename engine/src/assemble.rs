@@ -386,6 +386,7 @@ fn body(
         gravity: object.gravity,
         // A photograph shows a held body sagged. One that nothing holds stands on something, and may fall from it.
         prestress,
+        friction: object.friction,
         fields,
         recycle: world::recycle(object, scene.seed, index as u32),
         emission: None,

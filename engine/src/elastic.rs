@@ -24,10 +24,6 @@ pub fn choose(asked: Elastic, world: &World) -> Result<Choice, Problem> {
         return mpm("as `simulation.elastic` asks".into());
     }
     let obstacle = lagrangian::fit(world).err().map(|(i, why)| format!("'{}' {why}", world.bodies[i].name));
-    // Bodies on grids of their own do not feel each other.
-    let obstacle = obstacle.or_else(|| {
-        (world.bodies.len() > 1).then(|| "several bodies may touch, which grids of their own do not know of".into())
-    });
     let thin = || {
         let found = lagrangian::thin(world).filter(|_| asked == Elastic::Auto)?;
         Some(format!("'{}' has parts less than two particles thick, which would fold", world.bodies[found].name))
@@ -46,7 +42,10 @@ pub fn choose(asked: Elastic, world: &World) -> Result<Choice, Problem> {
         (Some(why), _) => mpm(why),
         (None, _) => Ok(Choice {
             total_lagrangian: true,
-            why: "one elastic body on a regular lattice, which neither tears nor flows".into(),
+            why: match world.bodies.len() {
+                1 => "one elastic body on a regular lattice, which neither tears nor flows".into(),
+                n => format!("{n} elastic bodies on regular lattices, which neither tear nor flow"),
+            },
         }),
     }
 }

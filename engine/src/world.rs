@@ -124,6 +124,8 @@ pub struct Body {
     /// Starts at rest under gravity: the stress that carries its weight is there from the start and stays as a dead
     /// load, so that only what changes moves it.
     pub prestress: bool,
+    /// Coulomb friction of its surface against other bodies, where it is felt; of two the smaller counts.
+    pub friction: f32,
     /// Bit i: field i acts on it.
     pub fields: u32,
     /// Where its particles start anew after they have gone.

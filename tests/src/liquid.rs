@@ -25,6 +25,7 @@ pub fn liquid(density: f32, viscosity: f32, h: f64, positions: Vec<[f32; 3]>) ->
         velocities: vec![[0.0; 3]; positions.len()],
         pinned: vec![],
         prestress: false,
+        friction: 0.2,
         particle_volume: h.powi(3) as f32,
         fields: u32::MAX >> 1,
         gravity: None,

@@ -141,6 +141,24 @@ const LAGRANGIAN: [(&str, &str, &str, &str); 25] = [
     ("lagrangian/contact", "lib/touch", "rotate(hit.xyz, p.axis, p.angle)", "rotate(hit.xyz, p.axis, -p.angle)"),
 ];
 
+/// The same for bodies on grids of their own that meet.
+const PAIRS: [(&str, &str, &str, &str); 14] = [
+    ("lagrangian/surface", "lagrangian/surface", "(0.5 * way * way) * bend", "(way * way) * bend"),
+    ("lagrangian/surface", "lagrangian/surface", "max(length(side), 1.0)", "length(side)"),
+    ("lagrangian/surface", "lagrangian/surface", "cof * shape.xyz", "shape.xyz * cof"),
+    ("lagrangian/surface", "lagrangian/surface", "k = 1u; k < FACETS", "k = 1u; k < FACETS - 1u"),
+    ("lagrangian/surface", "lagrangian/surface", "bitcast<u32>(last.w) != 0u", "true"),
+    ("lagrangian/surface", "lagrangian/surface", "0.5 * tie.xyz + moved", "tie.xyz + moved"),
+    ("lagrangian/meet", "lagrangian/meet", "(own.stiffness + other.stiffness)", "(2.0 * own.stiffness)"),
+    ("lagrangian/meet", "lagrangian/meet", "min(own.friction, other.friction)", "own.friction"),
+    ("lagrangian/meet", "lagrangian/meet", "1.27323954", "1.27423954"),
+    ("lagrangian/meet", "lagrangian/meet", "depth * (1.0 + firm * firm)", "depth * (1.0 + firm)"),
+    ("lagrangian/meet", "lagrangian/meet", "slid - dot(slid, n) * n", "slid"),
+    ("lagrangian/meet", "lagrangian/meet", "half * 32u", "half * 31u"),
+    ("lagrangian/meet", "lagrangian/meet", "apart < reach", "apart < 0.3 * reach"),
+    ("lagrangian/meet", "lagrangian/meet", "if (BESIDE)", "if (false)"),
+];
+
 /// The same for latents.
 const LATENT: [(&str, &str, &str, &str); 30] = [
     ("latent/adapt", "latent/adapt", "given.guidance * (p - u)", "given.guidance * (u - p)"),
@@ -208,8 +226,15 @@ const SPH: [(&str, &str, &str, &str); 25] = [
 fn every_mistake_is_caught() {
     let copy = tempfile::tempdir().unwrap();
     let mut missed = Vec::new();
-    for (kernel, file, from, to) in
-        MUTANTS.into_iter().chain(EFFECTS).chain(GUARD).chain(LAGRANGIAN).chain(LATENT).chain(POINTS).chain(SPH)
+    for (kernel, file, from, to) in MUTANTS
+        .into_iter()
+        .chain(EFFECTS)
+        .chain(GUARD)
+        .chain(LAGRANGIAN)
+        .chain(PAIRS)
+        .chain(LATENT)
+        .chain(POINTS)
+        .chain(SPH)
     {
         folder::copy_kernels(copy.path());
         folder::edit(copy.path(), file, from, to);

@@ -119,6 +119,7 @@ mod tests {
             pinned: vec![],
             gravity: None,
             prestress: false,
+            friction: 0.2,
             fields: 0,
             recycle: None,
             emission: None,

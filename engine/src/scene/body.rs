@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::model::one;
+use super::model::{default_friction, one};
 use super::{Domain, FieldRegion, Material};
 
 /// A body.
@@ -24,6 +24,11 @@ pub struct Object {
     #[serde(default = "default_density")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub density: f32,
+    /// Coulomb friction coefficient of its surface against other bodies, where all are in total-Lagrangian form; of two the
+    /// smaller counts. In MPM bodies stick to each other.
+    #[serde(default = "default_friction")]
+    #[schemars(range(min = 0.0))]
+    pub friction: f32,
     /// Initial velocity [m/s].
     #[serde(default)]
     pub velocity: [f32; 3],

@@ -208,7 +208,7 @@ impl Default for Simulation {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Elastic {
-    /// In total-Lagrangian form where that is better: one held body, thick enough everywhere; else by MPM.
+    /// In total-Lagrangian form where that is better: held bodies, thick enough everywhere; else by MPM.
     #[default]
     Auto,
     /// On a grid of the body's own at rest: bends and vibrates without loss, neither tears nor flows.

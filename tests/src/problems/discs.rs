@@ -19,7 +19,7 @@ pub const DISCS: Problem = Problem {
     id: "M6",
     title: "colliding discs, cells along 1 m: share of the energy that is lost by 3 s",
     goal: 0.04,
-    methods: &elastic::METHODS,
+    methods: &elastic::WITH_OWN_GRID,
     resolutions: &[16, 32, 64, 128],
     courants: &elastic::COURANTS,
     run: |gpu, setting| collide(gpu, setting, 1.0).map(|c| c.outcome),

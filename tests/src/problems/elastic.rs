@@ -6,7 +6,7 @@ use super::{Problem, bar, cantilever, column, discs, manufactured, motion};
 /// with 27.
 pub const METHODS: [&str; 3] = ["updated_lagrangian", "mls", "updated_lagrangian_27"];
 
-/// The same, and bodies on grids of their own: where one body is free or held by itself.
+/// The same, and bodies on grids of their own.
 pub const WITH_OWN_GRID: [&str; 4] = ["updated_lagrangian", "mls", "updated_lagrangian_27", "total_lagrangian"];
 
 /// Shares of the step in which the fastest wave crosses a cell.

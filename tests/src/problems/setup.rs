@@ -61,6 +61,7 @@ impl Lattice {
             velocities: positions.iter().map(|x| single(velocity(*x))).collect(),
             pinned: vec![],
             prestress: false,
+            friction: 0.2,
             particle_volume: self.spacing().powi(3) as f32,
             fields: u32::MAX >> 1,
             gravity: None,

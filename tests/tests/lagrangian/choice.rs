@@ -32,18 +32,21 @@ fn bodies_on_a_lattice_qualify() {
     let mut none = world(vec![cube()], DX);
     none.bodies[0].positions.clear();
     assert_eq!(fit(&none), Err((0, Unfit::Empty)));
-    let two = world(vec![cube(), cube()], DX);
+    let mut two = world(vec![cube(), cube()], DX);
     let sheet = fill(DX, [0.0; 3], [0.5, 0.5, DX / 2.0], |_| true);
     let sheet = world(vec![body((1e5, 0.3), 1000.0, DX, sheet, |_| [0.0; 3])], DX);
     assert_eq!(thin(&sheet), Some(0));
-    for (bad, why) in
-        [(&off, "no regular lattice"), (&two, "several bodies"), (&sheet, "less than two particles thick")]
+    for (bad, why) in [(&off, "no regular lattice"), (&two, "nothing holds"), (&sheet, "less than two particles thick")]
     {
         let choice = choose(Elastic::Auto, bad).unwrap();
         assert!(!choice.total_lagrangian && choice.why.contains(why), "{choice:?}");
     }
     // Asked for, a sheet is taken at its word; what cannot be done is refused with the place of the key.
     assert!(choose(Elastic::TotalLagrangian, &sheet).unwrap().total_lagrangian);
-    let refused = choose(Elastic::TotalLagrangian, &two).unwrap_err();
+    assert!(choose(Elastic::TotalLagrangian, &two).unwrap().total_lagrangian);
+    two.bodies.iter_mut().for_each(|b| b.pinned = good.bodies[0].pinned.clone());
+    let both = choose(Elastic::Auto, &two).unwrap();
+    assert!(both.total_lagrangian && both.why.starts_with("2 elastic bodies"), "{both:?}");
+    let refused = choose(Elastic::TotalLagrangian, &off).unwrap_err();
     assert!(format!("{refused:?}").contains("simulation.elastic"), "{refused:?}");
 }

@@ -6,5 +6,6 @@ mod choice;
 mod contact;
 mod guard;
 mod motion;
+mod pair;
 mod rest;
 mod setup;

@@ -30,6 +30,7 @@ pub fn body(
         velocities: positions.iter().map(|x| velocity(*x)).collect(),
         pinned: vec![],
         prestress: false,
+        friction: 0.2,
         gravity: None,
         recycle: None,
         emission: None,

@@ -51,7 +51,7 @@ impl Lagrangian<'_> {
     }
 
     /// Ends a frame: the last half of the last kick (the clock has stopped, dt is 0), and the particles.
-    fn finish(&mut self) -> Result<(), GpuError> {
+    pub(super) fn finish(&mut self) -> Result<(), GpuError> {
         let mut rec = Recording::new("finish");
         self.record_step(&mut rec, Groups::Direct([self.lanes().div_ceil(64), 1, 1]));
         self.gpu.run(&rec)?;
@@ -60,7 +60,8 @@ impl Lagrangian<'_> {
 
     /// The longest of the kernels; the clock counts workgroups for it.
     fn lanes(&self) -> u32 {
-        self.sizes.nodes.max(self.sizes.cells).max(self.sizes.skins)
+        let facets = self.pairs.as_ref().map_or(0, |p| p.sizes.facets);
+        self.sizes.nodes.max(self.sizes.cells).max(self.sizes.skins).max(facets)
     }
 
     /// Runs batches until the device says that `length` seconds have passed, or gives the attempt up.
@@ -99,9 +100,13 @@ impl Lagrangian<'_> {
         }
         let mut save = Recording::new("save");
         self.state.copy(&self.saved, &mut save);
-        self.gpu.run(&save)?;
         let mut back = Recording::new("back");
         self.saved.copy(&self.state, &mut back);
+        if let Some(pairs) = &self.pairs {
+            pairs.record_save(&mut save);
+            pairs.record_back(&mut back);
+        }
+        self.gpu.run(&save)?;
         let began = self.courant;
         let before = if self.guarded && self.closed { Some(self.energy()?) } else { None };
         loop {

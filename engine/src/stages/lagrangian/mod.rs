@@ -1,13 +1,16 @@
 //! Elastic bodies on grids of their own, in total-Lagrangian form: the displacement of the nodes of a body's reference
 //! grid is the only unknown, its particles are quadrature points, F = I + Σ u ⊗ ∇N and f = −Σ V0 P(F) ∇N with weights
 //! that never change (for quadratic B-splines; de Vaucorbeil 2020). No transfer, no sort, no diffusion; bodies neither
-//! tear nor flow. Parts closer than two cells at rest share nodes and act as glued; bodies do not feel each other. Places
-//! are kept as displacements in f32: far from where it started, a body's strain is rounded to 6e-8 of that way per cell.
+//! tear nor flow. Parts closer than two cells at rest share nodes and act as glued, and no body feels itself; several push
+//! each other by compliant surfaces. Places are kept as displacements in f32: far from where it started, a body's strain is
+//! rounded to 6e-8 of that way per cell.
 //! Records a batch of substeps once and submits it until the device says that the frame is done.
 
 mod clamp;
+mod facets;
 mod frame;
 mod lattice;
+mod pairs;
 mod play;
 mod reference;
 
@@ -18,6 +21,8 @@ use bytemuck::Zeroable;
 use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Forces, Live, Member, Particle, lagrangian, mpm};
 use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Prepared, Recording};
 
+use self::facets::Facets;
+use self::pairs::{Moved, Pairs};
 use self::reference::Reference;
 use super::cells::PARTICLE_GROUPS;
 use super::solver::{Measure, PINNED};
@@ -63,6 +68,8 @@ pub struct Lagrangian<'gpu> {
     /// Forces of contact on each point at the surface and its faces [N], and their energy [J].
     pushes: Buf<[f32; 4]>,
     sums: Buf<kernels::Sums>,
+    /// Contact of the bodies with each other, where there are several.
+    pairs: Option<Pairs>,
     sizes: kernels::Reference,
     constants: Constants,
     batch: Option<Prepared<'gpu>>,
@@ -131,8 +138,17 @@ impl<'gpu> Lagrangian<'gpu> {
     /// # Errors
     /// A body that does not qualify (see [`fit`]), or the device's refusal.
     pub fn new(gpu: &'gpu Gpu, world: &World) -> Result<Self, LagrangianError> {
-        let reference =
-            Reference::new(world).map_err(|(i, why)| LagrangianError::Unfit(world.bodies[i].name.clone(), why))?;
+        let unfit = |(i, why): (usize, Unfit)| LagrangianError::Unfit(world.bodies[i].name.clone(), why);
+        let reference = Reference::new(world).map_err(unfit)?;
+        let constants = constants(world);
+        let obstacles = !world.colliders.is_empty();
+        let pairs = match world.bodies.len() {
+            0 | 1 => None,
+            _ => {
+                let facets = Facets::new(world, &reference).map_err(unfit)?;
+                Some(Pairs::new(gpu, facets, world.dx, &constants, obstacles)?)
+            }
+        };
         let (particles, deformations) = initial_particles(world);
         let mut particle_ranges = Vec::new();
         let mut first = 0;
@@ -177,7 +193,7 @@ impl<'gpu> Lagrangian<'gpu> {
             pushes: gpu.alloc("run", "lagrangian/pushes", 4 * skins)?,
             sums: gpu.alloc("run", "lagrangian/sums", u64::from(sizes.points).div_ceil(64))?,
             sizes,
-            constants: constants(world),
+            constants,
             batch: None,
             lumps,
             ranges: reference.ranges,
@@ -198,11 +214,18 @@ impl<'gpu> Lagrangian<'gpu> {
             longest: world.longest_step(),
             stop: None,
             guarded: world.force_dt.is_none(),
-            obstacles: !world.colliders.is_empty(),
-            speed: 0.0,
+            obstacles,
+            // Bodies may begin within a step of each other.
+            speed: if pairs.is_some() { world.wave_speeds().1 + 2.0 * world.start_speed() } else { 0.0 },
+            pairs,
             dx: world.dx,
         };
-        solver.sample()?;
+        // Bodies may begin in contact, whose energy counts from the start.
+        if solver.pairs.is_some() {
+            solver.finish()?
+        } else {
+            solver.sample()?
+        }
         Ok(solver)
     }
 
@@ -214,7 +237,9 @@ impl<'gpu> Lagrangian<'gpu> {
         let node = (size_of::<kernels::ElasticNode>() + 4 * 16) as u64;
         let cell = (size_of::<kernels::ElasticCell>() + 27 * 16) as u64;
         let skin = (size_of::<kernels::Skin>() + (2 + 4) * 16) as u64;
-        each * r.rests.len() as u64 + node * nodes + cell * cells + skin * skins
+        let several = world.bodies.len() > 1;
+        let facets = if several { Facets::new(world, &r).map_or(0, |f| f.list.len()) } else { 0 };
+        each * r.rests.len() as u64 + node * nodes + cell * cells + skin * skins + Pairs::bytes(facets)
     }
 
     /// Bodies' ranges in the particle buffer.
@@ -270,6 +295,9 @@ impl<'gpu> Lagrangian<'gpu> {
             };
             rec.call(&contact, k, groups);
         }
+        if let Some(pairs) = &self.pairs {
+            pairs.record(rec, &Moved { cells, state: self.state, pushes, clock }, groups);
+        }
         rec.call(&lagrangian::Force { cells, solids, u, pushes, shares, clock, immediates }, k, groups);
         let advance =
             lagrangian::Advance { nodes, solids, shares, forces, u_was: u, v_was: v, u, v, clock, immediates };
@@ -324,6 +352,9 @@ impl<'gpu> Lagrangian<'gpu> {
         let pushes = self.gpu.read(self.pushes)?;
         let skins = self.skin_ranges.get(index).cloned().unwrap_or_default();
         out.elastic += skins.map(|i| f64::from(pushes[4 * i][3])).sum::<f64>();
+        if let Some(pairs) = &self.pairs {
+            out.elastic += pairs.energy(self.gpu, index)?;
+        }
         let range = self.ranges.get(index).cloned().unwrap_or_default();
         out.mass = self.held.get(index).copied().unwrap_or_default();
         for i in range {

@@ -61,6 +61,7 @@ pub fn cube(stuff: Stuff, edge: usize, spacing: f32) -> World {
         pinned: vec![],
         gravity: None,
         prestress: false,
+        friction: 0.2,
         particle_volume: spacing.powi(3),
         fields: 0,
         recycle: None,

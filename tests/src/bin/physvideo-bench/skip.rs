@@ -32,6 +32,7 @@ fn cubes(moving: usize, wide: bool) -> World {
             pinned: vec![],
             gravity: None,
             prestress: false,
+            friction: 0.2,
             particle_volume: f32::powi(spacing, 3),
             fields: 0,
             recycle: None,

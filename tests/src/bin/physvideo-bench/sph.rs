@@ -29,6 +29,7 @@ fn dam(side: usize, pressure: Pressure) -> World {
         velocities: vec![[0.0; 3]; positions.len()],
         pinned: vec![],
         prestress: false,
+        friction: 0.2,
         particle_volume: SIZE.powi(3),
         fields: 0,
         gravity: None,

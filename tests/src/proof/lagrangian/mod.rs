@@ -4,7 +4,9 @@
 pub mod advance;
 pub mod contact;
 pub mod force;
+pub mod meet;
 pub mod sample;
+pub mod surface;
 
 use std::collections::BTreeMap;
 
