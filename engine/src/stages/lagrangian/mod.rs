@@ -19,7 +19,6 @@ use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Forces, Live, 
 use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Prepared, Recording};
 
 use self::reference::Reference;
-use super::cells::PARTICLE_GROUPS;
 use super::solver::{Measure, PINNED};
 use crate::world::World;
 
@@ -117,6 +116,16 @@ impl State {
     }
 }
 
+/// What a call has a lane for, and which of the clock's runs counts them.
+#[derive(Clone, Copy)]
+enum Items {
+    Nodes,
+    /// Cells that something may push, and the others.
+    Touched,
+    Inside,
+    Skins,
+}
+
 /// A node as the host sums it.
 struct Lump {
     /// Lumped mass [kg].
@@ -147,6 +156,8 @@ impl<'gpu> Lagrangian<'gpu> {
             cells: reference.cells.len() as u32,
             skins: reference.skins.len() as u32,
             points: particles.len() as u32,
+            // Where nothing can push there is one call for all.
+            touched: if world.colliders.is_empty() { 0 } else { reference.touched },
         };
         let (nodes, skins) = (u64::from(sizes.nodes), u64::from(sizes.skins));
         let state = State::new(gpu, ["u", "v", "grips"], nodes, skins)?;
@@ -177,7 +188,7 @@ impl<'gpu> Lagrangian<'gpu> {
             pushes: gpu.alloc("run", "lagrangian/pushes", 4 * skins)?,
             sums: gpu.alloc("run", "lagrangian/sums", u64::from(sizes.points).div_ceil(64))?,
             sizes,
-            constants: constants(world),
+            constants: constants(world).with("MIRRORED", f64::from(u8::from(reference.mirrored()))),
             batch: None,
             lumps,
             ranges: reference.ranges,
@@ -245,11 +256,13 @@ impl<'gpu> Lagrangian<'gpu> {
         let k = &self.constants;
         let Self { clock, live, .. } = *self;
         rec.call(&mpm::Clock { clock, live }, k, Groups::Direct([1, 1, 1]));
-        self.record_step(rec, Groups::Indirect(clock.erase(), PARTICLE_GROUPS));
+        let counted = std::mem::offset_of!(Clock, runs) as u64;
+        self.record_step(rec, |items| Groups::Indirect(clock.erase(), counted + 16 * items as u64));
     }
 
-    /// Contact, forces, nodes, with the step that the clock says.
-    fn record_step(&self, rec: &mut Recording, groups: Groups) {
+    /// Contact, forces, nodes, with the step that the clock says; `groups` of the items of a call. Each call has its own
+    /// number of them: on a software driver a lane that has nothing to do takes as long as the others.
+    fn record_step(&self, rec: &mut Recording, groups: impl Fn(Items) -> Groups) {
         let k = &self.constants;
         let Self { cells, solids, skins, colliders, forces, nodes, clock, shares, pushes, .. } = *self;
         let State { u, v, grips } = self.state;
@@ -268,12 +281,27 @@ impl<'gpu> Lagrangian<'gpu> {
                 clock,
                 immediates,
             };
-            rec.call(&contact, k, groups);
+            rec.call(&contact, k, groups(Items::Skins));
         }
-        rec.call(&lagrangian::Force { cells, solids, u, pushes, shares, clock, immediates }, k, groups);
+        let force = lagrangian::Force { cells, solids, u, pushes, shares, clock, immediates };
+        for (pushed, items) in [(1.0, Items::Touched), (0.0, Items::Inside)] {
+            if self.items(items) > 0 {
+                rec.call(&force, &k.clone().with("PUSHED", pushed), groups(items));
+            }
+        }
         let advance =
             lagrangian::Advance { nodes, solids, shares, forces, u_was: u, v_was: v, u, v, clock, immediates };
-        rec.call(&advance, k, groups);
+        rec.call(&advance, k, groups(Items::Nodes));
+    }
+
+    /// How many there are.
+    fn items(&self, items: Items) -> u32 {
+        match items {
+            Items::Nodes => self.sizes.nodes,
+            Items::Touched => self.sizes.touched,
+            Items::Inside => self.sizes.cells - self.sizes.touched,
+            Items::Skins => self.sizes.skins,
+        }
     }
 
     /// Brings the particles up to date with the nodes.

@@ -29,6 +29,8 @@ pub(super) struct Reference {
     /// Velocities of the nodes at the start [m/s].
     pub velocities: Vec<[f32; 4]>,
     pub cells: Vec<ElasticCell>,
+    /// How many of them, at the front, have points at the surface.
+    pub touched: u32,
     pub skins: Vec<Skin>,
     pub solids: Vec<Solid>,
     /// One for each particle.
@@ -83,7 +85,25 @@ impl Reference {
             let lattice = Lattice::of(body, world.dx).map_err(|why| (index, why))?;
             all.add(body, index as u32, &lattice, world.gravity, world.dx);
         }
+        all.touched_first();
         Ok(all)
+    }
+
+    /// Whether any node moves by the opposite of another.
+    pub fn mirrored(&self) -> bool {
+        self.nodes.iter().any(|n| n.mirror != NOBODY)
+    }
+
+    /// Moves the cells with points at the surface to the front; nodes go on counting them in the order of places.
+    fn touched_first(&mut self) {
+        let with_slot = (0..).zip(&self.cells).map(|(slot, c)| ElasticCell { slot, ..*c });
+        let (touched, inside): (Vec<_>, Vec<_>) = with_slot.partition(|c| c.skin != NOBODY);
+        self.touched = touched.len() as u32;
+        self.cells = [touched, inside].concat();
+        let mut place = vec![0; self.cells.len()];
+        (0..).zip(&self.cells).for_each(|(i, c)| place[c.slot as usize] = i);
+        let points = self.rests.iter_mut().map(|r| &mut r.point).chain(self.skins.iter_mut().map(|s| &mut s.point));
+        points.filter(|p| **p != NOBODY).for_each(|p| *p = place[(*p >> 3) as usize] << 3 | *p & 7);
     }
 
     fn add(&mut self, body: &Body, tag: u32, lattice: &Lattice, gravity: [f32; 3], dx: f32) {
@@ -115,7 +135,7 @@ impl Reference {
         for at in &cells.list {
             let rows = std::array::from_fn(|i| nodes.of(row(*at, i)).unwrap_or(0) + first_node);
             let mask = u32::from(points[at].free) | tag << 16;
-            self.cells.push(ElasticCell { rows, mask, skin: NOBODY, spare: 0 });
+            self.cells.push(ElasticCell { rows, mask, skin: NOBODY, slot: 0 });
         }
         for at in &nodes.list {
             let rows = std::array::from_fn(|i| {
