@@ -1,5 +1,4 @@
-//! use lib/clock lib/reference
-//! family piola
+//! use lib/stress
 // Forces of each cell on its 27 nodes, f = −Σ V0 P(F) ∇N with F = I + Σ u ⊗ ∇N at its points, and what pushes their
 // surface: Σ N f. One lane a cell; sums go axis by axis, down to the points and back up.
 //! texels cells: ElasticCell
@@ -7,15 +6,9 @@
 //! texels u: vec4f
 //! texels pushes: vec4f
 
-// ‖F‖² above which the step has run away: no body is stretched that far, and what grows by itself soon is.
-override MOST_STRETCH: f32 = 300.0;
-
 // The cells that something may push, in a call of their own: a software driver spends on a branch whether or not it is
 // taken, and most cells have no surface.
 override PUSHED: bool = true;
-
-// Waves so much faster than at rest are left to the margin of the Courant number.
-override SLACK: f32 = 1.1;
 
 struct Vectors { d: array<vec4f> }
 @group(0) @binding(0) var cells: texture_1d<u32>;
@@ -84,35 +77,6 @@ fn layer(rows: vec3u) -> Layer {
 // What the two points of a column along z give to its three layers: by ∇N along x, along y, and the rest.
 struct Column { x: Three, y: Three, v: Three }
 
-var<private> squeezed: u32;
-var<private> torn: u32;
-var<private> stiffest: f32;
-
-// F of a point from its derivatives a cell.
-fn gradient(x: vec3f, y: vec3f, z: vec3f) -> mat3x3f {
-    let inv = 1.0 / reference.dx;
-    return mat3x3f(vec3f(1.0, 0.0, 0.0) + inv * x, vec3f(0.0, 1.0, 0.0) + inv * y, vec3f(0.0, 0.0, 1.0) + inv * z);
-}
-
-// P at four points, times −V0/dx where there is a point.
-fn piola_at(solid: Solid, f: Four, exists: vec4<bool>) -> Four {
-    let size = vec4f(squares(f.a), squares(f.b), squares(f.c), squares(f.d));
-    let volume = vec4f(determinant(f.a), determinant(f.b), determinant(f.c), determinant(f.d));
-    let answer = piola(solid.material, solid, f);
-    let stiff = select(vec4f(0.0), answer.stiff, exists);
-    stiffest = max(max(stiffest, max(stiff.x, stiff.y)), max(stiff.z, stiff.w));
-    squeezed += count(exists & (volume < vec4f(LEAST_VOLUME)));
-    // NaN compares as false.
-    torn += count(exists & !(size <= vec4f(MOST_STRETCH)));
-    let kept = select(vec4f(0.0), vec4f(-solid.volume / reference.dx), exists);
-    return Four(kept.x * answer.p.a, kept.y * answer.p.b, kept.z * answer.p.c, kept.w * answer.p.d);
-}
-
-fn count(these: vec4<bool>) -> u32 {
-    let one = select(vec4u(0u), vec4u(1u), these);
-    return one.x + one.y + one.z + one.w;
-}
-
 // Texel `which` of what pushes a point: 0 the point itself, 1, 2, 3 its faces along x, y, z.
 fn push(mask: u32, skin: u32, corner: u32, which: u32) -> vec4f {
     if (((mask >> (8u + corner)) & 1u) == 0u) { return vec4f(0.0); }
@@ -162,8 +126,8 @@ fn columns(solid: Solid, va: Three, xa: Three, ya: Three, vb: Three, xb: Three, 
     let fyb = values(yb);
     let fzb = slopes(vb);
     let exists = (vec4u(mask >> corner) & vec4u(1u, 2u, 16u, 32u)) != vec4u(0u);
-    let p = piola_at(solid, Four(gradient(fxa.a, fya.a, fza.a), gradient(fxb.a, fyb.a, fzb.a),
-        gradient(fxa.b, fya.b, fza.b), gradient(fxb.b, fyb.b, fzb.b)), exists);
+    let p = stress(solid, Four(gradient(fxa.a, fya.a, fza.a), gradient(fxb.a, fyb.a, fzb.a),
+        gradient(fxa.b, fya.b, fza.b), gradient(fxb.b, fyb.b, fzb.b)), select(vec4f(0.0), vec4f(1.0), exists));
     return Columns(column(p.a, p.c, mask, skin, corner), column(p.b, p.d, mask, skin, corner + 1u));
 }
 
@@ -212,9 +176,5 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     put_layer(to, aa.x.l, ab.x.l, ba.x.l, bb.x.l, aa.y.l, ab.y.l, ba.y.l, bb.y.l, aa.v.l, ab.v.l, ba.v.l, bb.v.l);
     put_layer(to + 9u * reference.cells, aa.x.m, ab.x.m, ba.x.m, bb.x.m, aa.y.m, ab.y.m, ba.y.m, bb.y.m, aa.v.m, ab.v.m, ba.v.m, bb.v.m);
     put_layer(to + 18u * reference.cells, aa.x.r, ab.x.r, ba.x.r, bb.x.r, aa.y.r, ab.y.r, ba.y.r, bb.y.r, aa.v.r, ab.v.r, ba.v.r, bb.v.r);
-    // Waves in what is deformed are faster than at rest, which shortens the next step.
-    let wave = solid.wave * sqrt(stiffest / (solid.lambda + 2.0 * solid.mu));
-    if (wave > SLACK * clock.wave_speed) { atomicMax(&clock.speed_bits, bitcast<u32>(wave)); }
-    if (squeezed > 0u) { atomicAdd(&clock.clamped_volume, squeezed); }
-    if (torn > 0u) { atomicAdd(&clock.clamped_velocity, torn); }
+    tell_clock(solid);
 }

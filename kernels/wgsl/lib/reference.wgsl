@@ -27,16 +27,23 @@ struct Reference {
     cells: u32,
     skins: u32,     // points at the surface
     points: u32,
+    thin: u32,      // cells with thin parts
     touched: u32,   // cells with points at the surface that something may push: those come first
 }
 
 // A cell that holds free points.
 struct ElasticCell {
     rows: array<u32, 9>,    // first of the three nodes of each row along x; y faster than z
-    mask: u32,              // bits 0–7: its points (corner x + 2 y + 4 z), 8–15: those at the surface, from 16 on: the body
+    mask: u32,              // bits 0–7: its points (corner x + 2 y + 4 z) but the thin ones, 8–15: those at the surface, from 16 on: the body
     skin: u32,              // the first of those at the surface
     slot: u32,              // its number in the order of places, x fastest: where its shares are, and what rows count
 }
+
+// A cell with thin parts, and what integrates those: places from `first` on, a multiple of four of them.
+struct ThinCell { cell: u32, first: u32, count: u32, spare: u32 }
+
+// A quadrature point [cells from the middle of its cell], and its share of a particle's volume; 0: none.
+struct Place { x: vec3f, share: f32 }
 
 // A node of a body.
 struct ElasticNode {

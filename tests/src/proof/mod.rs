@@ -29,6 +29,7 @@ pub static CASES: &[&Case] = &[
     &lagrangian::contact::CASE,
     &lagrangian::force::CASE,
     &lagrangian::sample::CASE,
+    &lagrangian::thin::CASE,
     &latent::adapt::CASE,
     &latent::flow_step::CASE,
     &latent::mask_pool::CASE,

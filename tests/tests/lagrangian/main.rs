@@ -8,3 +8,4 @@ mod guard;
 mod motion;
 mod rest;
 mod setup;
+mod thin;

@@ -34,7 +34,7 @@ impl Lagrangian<'_> {
     fn begin(&self, length: f32, watch: bool) -> Result<(), GpuError> {
         let lanes = self.lanes();
         let mut runs = [[0, 1, 1, 0]; 8];
-        for items in [Items::Nodes, Items::Touched, Items::Inside, Items::Skins] {
+        for items in [Items::Nodes, Items::Touched, Items::Inside, Items::Skins, Items::Thin] {
             runs[items as usize] = [self.items(items).div_ceil(64), 1, 1, self.items(items)];
         }
         let clock = Clock {

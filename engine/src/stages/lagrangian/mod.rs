@@ -10,6 +10,7 @@ mod frame;
 mod lattice;
 mod play;
 mod reference;
+mod thin;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -23,7 +24,7 @@ use super::solver::{Measure, PINNED};
 use crate::world::World;
 
 pub use self::lattice::Unfit;
-pub use self::reference::{fit, thin};
+pub use self::reference::fit;
 
 /// Substeps in a command buffer.
 const BATCH: u32 = 32;
@@ -55,6 +56,8 @@ pub struct Lagrangian<'gpu> {
     cells: Buf<kernels::ElasticCell>,
     skins: Buf<kernels::Skin>,
     rests: Buf<kernels::Rest>,
+    /// Cells with thin parts, and what integrates those, if there are any.
+    thins: Option<(Buf<kernels::ThinCell>, Buf<kernels::Place>)>,
     state: State,
     saved: State,
     /// What each cell gives to its 27 nodes [N].
@@ -72,7 +75,8 @@ pub struct Lagrangian<'gpu> {
     held: Vec<f64>,
     /// Gravity that each body feels [m/s²].
     weights: Vec<[f64; 3]>,
-    /// Nothing but gravity does work: no field, and no obstacle moves.
+    /// Nothing but gravity does work: no field, and no obstacle moves. And all energy shows: particles do not tell that of
+    /// thin parts that bend.
     closed: bool,
     /// Energy that rounding may seem to make: a ten-thousandth of lifting everything by a cell [J].
     noise: f64,
@@ -124,6 +128,8 @@ enum Items {
     Touched,
     Inside,
     Skins,
+    /// Cells with thin parts.
+    Thin,
 }
 
 /// A node as the host sums it.
@@ -157,6 +163,7 @@ impl<'gpu> Lagrangian<'gpu> {
             skins: reference.skins.len() as u32,
             points: particles.len() as u32,
             // Where nothing can push there is one call for all.
+            thin: reference.thin.cells.len() as u32,
             touched: if world.colliders.is_empty() { 0 } else { reference.touched },
         };
         let (nodes, skins) = (u64::from(sizes.nodes), u64::from(sizes.skins));
@@ -182,6 +189,13 @@ impl<'gpu> Lagrangian<'gpu> {
             cells: gpu.upload("run", "lagrangian/cells", &reference.cells)?,
             skins: gpu.upload("run", "lagrangian/skins", &reference.skins)?,
             rests: gpu.upload("run", "lagrangian/rests", &reference.rests)?,
+            thins: match reference.thin.cells.as_slice() {
+                [] => None,
+                cells => Some((
+                    gpu.upload("run", "lagrangian/thins", cells)?,
+                    gpu.upload("run", "lagrangian/places", &reference.thin.places)?,
+                )),
+            },
             state,
             saved: State::new(gpu, ["saved_u", "saved_v", "saved_grips"], nodes, skins)?,
             shares: gpu.alloc("run", "lagrangian/shares", 27 * u64::from(sizes.cells))?,
@@ -200,6 +214,7 @@ impl<'gpu> Lagrangian<'gpu> {
                 * world.gravity.iter().map(|g| f64::from(*g).abs()).sum::<f64>(),
             weights: reference.solids.iter().map(|s| s.gravity.map(f64::from)).collect(),
             closed: world.fields.is_empty()
+                && reference.thin.cells.is_empty()
                 && world.colliders.iter().all(|c| c.velocity == [0.0; 4] && c.spin == [0.0; 4]),
             particle_ranges,
             time: 0.0,
@@ -225,7 +240,8 @@ impl<'gpu> Lagrangian<'gpu> {
         let node = (size_of::<kernels::ElasticNode>() + 4 * 16) as u64;
         let cell = (size_of::<kernels::ElasticCell>() + 27 * 16) as u64;
         let skin = (size_of::<kernels::Skin>() + (2 + 4) * 16) as u64;
-        each * r.rests.len() as u64 + node * nodes + cell * cells + skin * skins
+        let thin = 16 * (r.thin.cells.len() + r.thin.places.len()) as u64;
+        each * r.rests.len() as u64 + node * nodes + cell * cells + skin * skins + thin
     }
 
     /// Bodies' ranges in the particle buffer.
@@ -289,6 +305,11 @@ impl<'gpu> Lagrangian<'gpu> {
                 rec.call(&force, &k.clone().with("PUSHED", pushed), groups(items));
             }
         }
+        if let Some((thins, places)) = self.thins {
+            let thin =
+                lagrangian::Thin { cells, solids, thins, places, u, shares_was: shares, shares, clock, immediates };
+            rec.call(&thin, k, groups(Items::Thin));
+        }
         let advance =
             lagrangian::Advance { nodes, solids, shares, forces, u_was: u, v_was: v, u, v, clock, immediates };
         rec.call(&advance, k, groups(Items::Nodes));
@@ -301,6 +322,7 @@ impl<'gpu> Lagrangian<'gpu> {
             Items::Touched => self.sizes.touched,
             Items::Inside => self.sizes.cells - self.sizes.touched,
             Items::Skins => self.sizes.skins,
+            Items::Thin => self.sizes.thin,
         }
     }
 

@@ -60,7 +60,7 @@ fn inputs(ask: Ask) -> Call {
 }
 
 /// Largest derivative of P along a direction as the step counts on it: the volume part grows with the cofactor.
-fn stiff(solid: &Solid, f: &Mat3) -> f64 {
+pub fn stiff(solid: &Solid, f: &Mat3) -> f64 {
     let (mu, lambda) = (f64::from(solid.mu), f64::from(solid.lambda));
     let (wide, j) = ((cofactor(f).norm_squared() - 2.0).max(1.0), f.determinant().max(0.05));
     match solid.material {

@@ -5,6 +5,7 @@ pub mod advance;
 pub mod contact;
 pub mod force;
 pub mod sample;
+pub mod thin;
 
 use std::collections::BTreeMap;
 
@@ -202,6 +203,7 @@ impl Bodies {
             cells: cells.len() as u32,
             skins: skins.len() as u32,
             points: rests.len() as u32,
+            thin: 0,
             touched: cells.iter().filter(|c| c.skin != NOBODY).count() as u32,
         };
         // Those at the surface come first; slots go on counting places.
