@@ -24,16 +24,12 @@ pub fn choose(asked: Elastic, world: &World) -> Result<Choice, Problem> {
         return mpm("as `simulation.elastic` asks".into());
     }
     let obstacle = lagrangian::fit(world).err().map(|(i, why)| format!("'{}' {why}", world.bodies[i].name));
-    let thin = || {
-        let found = lagrangian::thin(world).filter(|_| asked == Elastic::Auto)?;
-        Some(format!("'{}' has parts less than two particles thick, which would fold", world.bodies[found].name))
-    };
     // What falls and hits rings on without damping; MPM's own calms it.
     let loose = || {
         let found = world.bodies.iter().find(|b| !b.pinned.contains(&true)).filter(|_| asked == Elastic::Auto)?;
         Some(format!("nothing holds '{}', and after an impact it would ring on undamped", found.name))
     };
-    match (obstacle.or_else(thin).or_else(loose), asked) {
+    match (obstacle.or_else(loose), asked) {
         (Some(why), Elastic::TotalLagrangian) => {
             let message = format!("the bodies cannot be simulated on grids of their own: {why}");
             let help = "take \"auto\" or \"updated_lagrangian\"";

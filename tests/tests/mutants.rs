@@ -113,18 +113,33 @@ const POINTS: [(&str, &str, &str, &str); 23] = [
 ];
 
 /// The same for elastic bodies on grids of their own.
-const LAGRANGIAN: [(&str, &str, &str, &str); 25] = [
+const LAGRANGIAN: [(&str, &str, &str, &str); 35] = [
     ("lagrangian/contact", "lib/touch", "min(abs(s), 1.0)", "abs(s)"),
     ("lagrangian/force", "piola/corotated", "2.0 * b.mu) * e", "1.999 * b.mu) * e"),
-    ("lagrangian/force", "piola/neo_hookean", "max(dot(f[0], c[0]), LEAST_VOLUME)", "max(dot(f[0], c[0]), 0.06)"),
+    ("lagrangian/force", "piola/neo_hookean", "vec4f(LEAST_VOLUME));", "vec4f(0.06));"),
     ("lagrangian/force", "lagrangian/force", "0.6875 * n.m + 0.15625", "0.6875 * n.m + 0.15615"),
     ("lagrangian/force", "lagrangian/force", "Three(s - d, 0.6875", "Three(s + d, 0.6875"),
     ("lagrangian/force", "lagrangian/force", "Three(d - s, -2.0 * d, d + s)", "Three(d - s, -2.001 * d, d + s)"),
     ("lagrangian/force", "lagrangian/force", "corner ^ 2u, 2u", "corner ^ 1u, 2u"),
     ("lagrangian/force", "lagrangian/force", "(1u << corner) - 1u", "(2u << corner) - 1u"),
-    ("lagrangian/force", "lagrangian/force", "!(size <= MOST_STRETCH)", "size > MOST_STRETCH"),
+    ("lagrangian/force", "lib/stress", "!(size <= vec4f(MOST_STRETCH))", "(size > vec4f(MOST_STRETCH))"),
     ("lagrangian/force", "lib/reference", "- 2.0);", "- 1.9);"),
-    ("lagrangian/force", "lagrangian/force", "i >= reference.cells", "i > reference.cells"),
+    ("lagrangian/force", "lagrangian/force", "i >= select(", "i > select("),
+    ("lagrangian/force", "lagrangian/force", "reference.touched, 0u, PUSHED", "0u, 0u, PUSHED"),
+    ("lagrangian/force", "lagrangian/force", "let to = last.w;", "let to = i;"),
+    ("lagrangian/force", "lib/polar", "1e-4 * s", "1e-1 * s"),
+    ("lagrangian/force", "lib/polar", "k < 12", "k < 3"),
+    ("lagrangian/advance", "lagrangian/advance", "MIRRORED && ", "false && "),
+    (
+        "lagrangian/thin",
+        "lagrangian/thin",
+        "vec2f(w.gy.y * w.wz.x, w.wy.y * w.gz.x)",
+        "vec2f(w.gy.y * w.wz.x, w.wy.x * w.gz.x)",
+    ),
+    ("lagrangian/thin", "lagrangian/thin", "w.gz.x * l.v + w.gz.y * m.v", "w.gz.x * l.v + w.wz.y * m.v"),
+    ("lagrangian/thin", "lagrangian/thin", "thin.y + i + 2u", "thin.y + i + 1u"),
+    ("lagrangian/thin", "lagrangian/thin", "vec4f(was.m + r.m, 0.0)", "vec4f(r.m, 0.0)"),
+    ("lagrangian/thin", "lib/stress", "share > vec4f(0.0)", "share >= vec4f(0.0)"),
     ("lagrangian/advance", "lagrangian/advance", "0.5 * (last.w + dt)", "dt"),
     ("lagrangian/advance", "lagrangian/advance", "f -= gather(more.y)", "f += gather(more.y)"),
     ("lagrangian/advance", "lagrangian/advance", "from_row(b.y, 15u)", "from_row(b.y, 12u)"),

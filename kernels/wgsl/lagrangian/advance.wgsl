@@ -10,6 +10,9 @@
 //! texels v_was: vec4f
 //! texels forces: Forces
 
+// Some nodes have mirror images. Without any, the second sum is left out: a software driver takes every branch.
+override MIRRORED: bool = true;
+
 struct Vectors { d: array<vec4f> }
 @group(0) @binding(0) var nodes: texture_1d<u32>;
 @group(0) @binding(1) var solids: texture_1d<u32>;
@@ -61,7 +64,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if ((tag & HELD) != 0u) { return; }
     let more = textureLoad(nodes, 4u * n + 1u, 0);
     var f = gather(n);
-    if (more.y != NOBODY) { f -= gather(more.y); }
+    if (MIRRORED && more.y != NOBODY) { f -= gather(more.y); }
     let was = texel(u_was, n).xyz;
     let last = texel(v_was, n);
     let before = last.xyz;

@@ -1,5 +1,4 @@
-//! use lib/clock lib/reference
-//! family piola
+//! use lib/stress
 // Forces of each cell on its 27 nodes, f = −Σ V0 P(F) ∇N with F = I + Σ u ⊗ ∇N at its points, and what pushes their
 // surface: Σ N f. One lane a cell; sums go axis by axis, down to the points and back up.
 //! texels cells: ElasticCell
@@ -7,11 +6,9 @@
 //! texels u: vec4f
 //! texels pushes: vec4f
 
-// ‖F‖² above which the step has run away: no body is stretched that far, and what grows by itself soon is.
-override MOST_STRETCH: f32 = 300.0;
-
-// Waves so much faster than at rest are left to the margin of the Courant number.
-override SLACK: f32 = 1.1;
+// The cells that something may push, in a call of their own: a software driver spends on a branch whether or not it is
+// taken, and most cells have no surface.
+override PUSHED: bool = true;
 
 struct Vectors { d: array<vec4f> }
 @group(0) @binding(0) var cells: texture_1d<u32>;
@@ -80,25 +77,6 @@ fn layer(rows: vec3u) -> Layer {
 // What the two points of a column along z give to its three layers: by ∇N along x, along y, and the rest.
 struct Column { x: Three, y: Three, v: Three }
 
-var<private> squeezed: u32;
-var<private> torn: u32;
-var<private> stiffest: f32;
-
-// P at a point, times −V0/dx.
-fn piola_at(solid: Solid, x: vec3f, y: vec3f, z: vec3f, exists: bool) -> mat3x3f {
-    let inv = 1.0 / reference.dx;
-    let f = mat3x3f(vec3f(1.0, 0.0, 0.0) + inv * x, vec3f(0.0, 1.0, 0.0) + inv * y, vec3f(0.0, 0.0, 1.0) + inv * z);
-    let size = dot(f[0], f[0]) + dot(f[1], f[1]) + dot(f[2], f[2]);
-    let answer = piola(solid.material, solid, f);
-    let p = answer.p;
-    stiffest = max(stiffest, select(0.0, answer.stiff, exists));
-    let kept = select(0.0, -solid.volume * inv, exists);
-    squeezed += select(0u, 1u, exists && dot(f[0], cross(f[1], f[2])) < LEAST_VOLUME);
-    // NaN compares as false.
-    torn += select(0u, 1u, exists && !(size <= MOST_STRETCH));
-    return mat3x3f(kept * p[0], kept * p[1], kept * p[2]);
-}
-
 // Texel `which` of what pushes a point: 0 the point itself, 1, 2, 3 its faces along x, y, z.
 fn push(mask: u32, skin: u32, corner: u32, which: u32) -> vec4f {
     if (((mask >> (8u + corner)) & 1u) == 0u) { return vec4f(0.0); }
@@ -120,22 +98,37 @@ fn pushed(mask: u32, skin: u32, corner: u32) -> Pushed {
     return Pushed(own + x.xyz + y.xyz + z.xyz, mat3x3f(x.w * x.xyz + bend_x, y.w * y.xyz + bend_y, z.w * z.xyz + bend_z));
 }
 
-fn column(solid: Solid, v: Three, x: Three, y: Three, mask: u32, skin: u32, corner: u32) -> Column {
-    let fx = values(x);
-    let fy = values(y);
-    let fz = slopes(v);
-    var p = piola_at(solid, fx.a, fy.a, fz.a, ((mask >> corner) & 1u) != 0u);
-    var q = piola_at(solid, fx.b, fy.b, fz.b, ((mask >> (corner + 4u)) & 1u) != 0u);
+// One column from what its two points got.
+fn column(p: mat3x3f, q: mat3x3f, mask: u32, skin: u32, corner: u32) -> Column {
+    var low = p;
+    var high = q;
     var f = Two(vec3f(0.0), vec3f(0.0));
-    if ((mask & 0xff00u) != 0u) {
+    if (PUSHED) {
         let a = pushed(mask, skin, corner);
         let b = pushed(mask, skin, corner + 4u);
-        p += a.p;
-        q += b.p;
+        low += a.p;
+        high += b.p;
         f = Two(a.f, b.f);
     }
-    return Column(spread_values(Two(p[0], q[0])), spread_values(Two(p[1], q[1])),
-        add(spread_slopes(Two(p[2], q[2])), spread_values(f)));
+    return Column(spread_values(Two(low[0], high[0])), spread_values(Two(low[1], high[1])),
+        add(spread_slopes(Two(low[2], high[2])), spread_values(f)));
+}
+
+struct Columns { a: Column, b: Column }
+
+// Two columns side by side along x: displacement and its slopes along x and y in their three layers.
+fn columns(solid: Solid, va: Three, xa: Three, ya: Three, vb: Three, xb: Three, yb: Three, mask: u32, skin: u32,
+    corner: u32) -> Columns {
+    let fxa = values(xa);
+    let fya = values(ya);
+    let fza = slopes(va);
+    let fxb = values(xb);
+    let fyb = values(yb);
+    let fzb = slopes(vb);
+    let exists = (vec4u(mask >> corner) & vec4u(1u, 2u, 16u, 32u)) != vec4u(0u);
+    let p = stress(solid, Four(gradient(fxa.a, fya.a, fza.a), gradient(fxb.a, fyb.a, fzb.a),
+        gradient(fxa.b, fya.b, fza.b), gradient(fxb.b, fyb.b, fzb.b)), select(vec4f(0.0), vec4f(1.0), exists));
+    return Columns(column(p.a, p.c, mask, skin, corner), column(p.b, p.d, mask, skin, corner + 1u));
 }
 
 // One row of nodes: what its two ends along x got.
@@ -161,8 +154,8 @@ fn put_layer(to: u32, xaa: vec3f, xab: vec3f, xba: vec3f, xbb: vec3f, yaa: vec3f
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
-    let i = id.x;
-    if (i >= reference.cells) { return; }
+    let i = id.x + select(reference.touched, 0u, PUSHED);
+    if (i >= select(reference.cells, reference.touched, PUSHED)) { return; }
     let low = textureLoad(cells, 3u * i, 0);
     let high = textureLoad(cells, 3u * i + 1u, 0);
     let last = textureLoad(cells, 3u * i + 2u, 0);
@@ -171,16 +164,17 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let l = layer(low.xyz);
     let m = layer(vec3u(low.w, high.xy));
     let r = layer(vec3u(high.zw, last.x));
-    let aa = column(solid, Three(l.va.a, m.va.a, r.va.a), Three(l.xa.a, m.xa.a, r.xa.a), Three(l.ya.a, m.ya.a, r.ya.a), mask, last.z, 0u);
-    let ba = column(solid, Three(l.vb.a, m.vb.a, r.vb.a), Three(l.xb.a, m.xb.a, r.xb.a), Three(l.yb.a, m.yb.a, r.yb.a), mask, last.z, 1u);
-    let ab = column(solid, Three(l.va.b, m.va.b, r.va.b), Three(l.xa.b, m.xa.b, r.xa.b), Three(l.ya.b, m.ya.b, r.ya.b), mask, last.z, 2u);
-    let bb = column(solid, Three(l.vb.b, m.vb.b, r.vb.b), Three(l.xb.b, m.xb.b, r.xb.b), Three(l.yb.b, m.yb.b, r.yb.b), mask, last.z, 3u);
-    put_layer(i, aa.x.l, ab.x.l, ba.x.l, bb.x.l, aa.y.l, ab.y.l, ba.y.l, bb.y.l, aa.v.l, ab.v.l, ba.v.l, bb.v.l);
-    put_layer(i + 9u * reference.cells, aa.x.m, ab.x.m, ba.x.m, bb.x.m, aa.y.m, ab.y.m, ba.y.m, bb.y.m, aa.v.m, ab.v.m, ba.v.m, bb.v.m);
-    put_layer(i + 18u * reference.cells, aa.x.r, ab.x.r, ba.x.r, bb.x.r, aa.y.r, ab.y.r, ba.y.r, bb.y.r, aa.v.r, ab.v.r, ba.v.r, bb.v.r);
-    // Waves in what is deformed are faster than at rest, which shortens the next step.
-    let wave = solid.wave * sqrt(stiffest / (solid.lambda + 2.0 * solid.mu));
-    if (wave > SLACK * clock.wave_speed) { atomicMax(&clock.speed_bits, bitcast<u32>(wave)); }
-    if (squeezed > 0u) { atomicAdd(&clock.clamped_volume, squeezed); }
-    if (torn > 0u) { atomicAdd(&clock.clamped_velocity, torn); }
+    let near = columns(solid, Three(l.va.a, m.va.a, r.va.a), Three(l.xa.a, m.xa.a, r.xa.a), Three(l.ya.a, m.ya.a, r.ya.a),
+        Three(l.vb.a, m.vb.a, r.vb.a), Three(l.xb.a, m.xb.a, r.xb.a), Three(l.yb.a, m.yb.a, r.yb.a), mask, last.z, 0u);
+    let far = columns(solid, Three(l.va.b, m.va.b, r.va.b), Three(l.xa.b, m.xa.b, r.xa.b), Three(l.ya.b, m.ya.b, r.ya.b),
+        Three(l.vb.b, m.vb.b, r.vb.b), Three(l.xb.b, m.xb.b, r.xb.b), Three(l.yb.b, m.yb.b, r.yb.b), mask, last.z, 2u);
+    let aa = near.a;
+    let ba = near.b;
+    let ab = far.a;
+    let bb = far.b;
+    let to = last.w;
+    put_layer(to, aa.x.l, ab.x.l, ba.x.l, bb.x.l, aa.y.l, ab.y.l, ba.y.l, bb.y.l, aa.v.l, ab.v.l, ba.v.l, bb.v.l);
+    put_layer(to + 9u * reference.cells, aa.x.m, ab.x.m, ba.x.m, bb.x.m, aa.y.m, ab.y.m, ba.y.m, bb.y.m, aa.v.m, ab.v.m, ba.v.m, bb.v.m);
+    put_layer(to + 18u * reference.cells, aa.x.r, ab.x.r, ba.x.r, bb.x.r, aa.y.r, ab.y.r, ba.y.r, bb.y.r, aa.v.r, ab.v.r, ba.v.r, bb.v.r);
+    tell_clock(solid);
 }

@@ -5,15 +5,19 @@
 // Share of its volume at rest below which a point counts as squeezed flat.
 override LEAST_VOLUME: f32 = 0.05;
 
-// What a hyperelastic material answers.
+// A matrix at each of four points.
+struct Four { a: mat3x3f, b: mat3x3f, c: mat3x3f, d: mat3x3f }
+
+// What a hyperelastic material answers for four points.
 struct Piola {
-    p: mat3x3f,     // first Piola–Kirchhoff stress [Pa]
-    stiff: f32,     // its largest derivative along a direction, as a bound: λ + 2μ at rest [Pa]
+    p: Four,        // first Piola–Kirchhoff stress [Pa]
+    stiff: vec4f,   // its largest derivative along a direction, as a bound: λ + 2μ at rest [Pa]
 }
 
-// Square of the largest singular value of a cofactor, as a bound: exact where the other two are 1.
-fn widest(c: mat3x3f) -> f32 {
-    return max(1.0, dot(c[0], c[0]) + dot(c[1], c[1]) + dot(c[2], c[2]) - 2.0);
+// Square of the largest singular value of a cofactor from the sum of all three, as a bound: exact where the other two
+// are 1.
+fn widest(sum: vec4f) -> vec4f {
+    return max(vec4f(1.0), sum - 2.0);
 }
 
 // Sizes of a call.
@@ -23,15 +27,23 @@ struct Reference {
     cells: u32,
     skins: u32,     // points at the surface
     points: u32,
+    thin: u32,      // cells with thin parts
+    touched: u32,   // cells with points at the surface that something may push: those come first
 }
 
 // A cell that holds free points.
 struct ElasticCell {
     rows: array<u32, 9>,    // first of the three nodes of each row along x; y faster than z
-    mask: u32,              // bits 0–7: its points (corner x + 2 y + 4 z), 8–15: those at the surface, from 16 on: the body
+    mask: u32,              // bits 0–7: its points (corner x + 2 y + 4 z) but the thin ones, 8–15: those at the surface, from 16 on: the body
     skin: u32,              // the first of those at the surface
-    spare: u32,
+    slot: u32,              // its number in the order of places, x fastest: where its shares are, and what rows count
 }
+
+// A cell with thin parts, and what integrates those: places from `first` on, a multiple of four of them.
+struct ThinCell { cell: u32, first: u32, count: u32, spare: u32 }
+
+// A quadrature point [cells from the middle of its cell], and its share of a particle's volume; 0: none.
+struct Place { x: vec3f, share: f32 }
 
 // A node of a body.
 struct ElasticNode {
@@ -39,7 +51,7 @@ struct ElasticNode {
     tag: u32,               // body, and the flag below
     m: f32,                 // lumped mass Σ m N, that of its mirror image included [kg]
     mirror: u32,            // node behind a clamp that moves by the opposite, or NOBODY
-    // Cells around it, a row along x each: in bits 0–2 which of the three exist, above them the first of those.
+    // Cells around it, a row along x each: in bits 0–2 which of the three exist, above them the slot of the first.
     rows: array<u32, 9>,
     spare: u32,
 }

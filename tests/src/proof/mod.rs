@@ -31,6 +31,7 @@ pub static CASES: &[&Case] = &[
     &lagrangian::meet::CASE,
     &lagrangian::sample::CASE,
     &lagrangian::surface::CASE,
+    &lagrangian::thin::CASE,
     &latent::adapt::CASE,
     &latent::flow_step::CASE,
     &latent::mask_pool::CASE,

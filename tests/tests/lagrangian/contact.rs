@@ -69,7 +69,8 @@ fn a_block_rebounds() {
 fn a_column_carries_its_weight() {
     let gpu = gpu();
     let (dx, high, young, density) = (0.005, 0.1, 1e6, 1800.0);
-    let column = fill(dx, [0.0; 3], [dx, dx, high], |_| true);
+    // Four particles wide: where it is thin, stress follows the boxes, and pushes at single points disturb it near the base.
+    let column = fill(dx, [0.0; 3], [2.0 * dx, 2.0 * dx, high], |_| true);
     let at_rest = column.clone();
     let mut w = world(vec![body((young, 0.0), density, dx, column, |_| [0.0; 3])], dx);
     w.colliders = vec![ground(0.0, 0.0)];

@@ -9,3 +9,4 @@ mod motion;
 mod pair;
 mod rest;
 mod setup;
+mod thin;

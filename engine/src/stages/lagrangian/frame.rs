@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use physvideo_gpu::kernels::Clock;
 use physvideo_gpu::{GpuError, Groups, Recording};
 
-use super::{BATCH, Lagrangian};
+use super::{BATCH, Items, Lagrangian};
 use crate::stages::solver::{Fastest, FrameStats};
 
 /// Attempts at a frame that are taken back.
@@ -33,6 +33,10 @@ impl Lagrangian<'_> {
 
     fn begin(&self, length: f32, watch: bool) -> Result<(), GpuError> {
         let lanes = self.lanes();
+        let mut runs = [[0, 1, 1, 0]; 8];
+        for items in [Items::Nodes, Items::Touched, Items::Inside, Items::Skins, Items::Thin, Items::Facets] {
+            runs[items as usize] = [self.items(items).div_ceil(64), 1, 1, self.items(items)];
+        }
         let clock = Clock {
             frame_start: self.time as f32,
             frame_length: length,
@@ -45,6 +49,7 @@ impl Lagrangian<'_> {
             speed_bits: self.speed.to_bits(),
             particles: lanes,
             particle_groups: [lanes.div_ceil(64), 1, 1],
+            runs,
             ..Default::default()
         };
         self.gpu.write(self.clock, 0, &[clock])
@@ -53,7 +58,7 @@ impl Lagrangian<'_> {
     /// Ends a frame: the last half of the last kick (the clock has stopped, dt is 0), and the particles.
     pub(super) fn finish(&mut self) -> Result<(), GpuError> {
         let mut rec = Recording::new("finish");
-        self.record_step(&mut rec, Groups::Direct([self.lanes().div_ceil(64), 1, 1]));
+        self.record_step(&mut rec, |items| Groups::Direct([self.items(items).div_ceil(64), 1, 1]));
         self.gpu.run(&rec)?;
         self.sample()
     }

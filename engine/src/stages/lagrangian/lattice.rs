@@ -138,6 +138,12 @@ pub(super) fn weight(steps: i32, upper: bool) -> f64 {
     }
 }
 
+/// Weight of a node `steps` cells from a cell at `place` cells from its middle: quadratic B-splines.
+pub(super) fn weight_at(steps: At, place: [f64; 3]) -> f64 {
+    let spline = |x: f64| if x.abs() < 0.5 { 0.75 - x * x } else { 0.5 * (1.5 - x.abs()).max(0.0).powi(2) };
+    (0..3).map(|a| spline(place[a] - f64::from(steps[a]))).product()
+}
+
 /// Weight of a node at a corner of a cell.
 pub(super) fn weight3(steps: At, corner: u32) -> f64 {
     (0..3).map(|a| weight(steps[a], corner >> a & 1 == 1)).product()

@@ -13,6 +13,7 @@ mod lattice;
 mod pairs;
 mod play;
 mod reference;
+mod thin;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -24,12 +25,11 @@ use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Prepared, Recording};
 use self::facets::Facets;
 use self::pairs::{Moved, Pairs};
 use self::reference::Reference;
-use super::cells::PARTICLE_GROUPS;
 use super::solver::{Measure, PINNED};
 use crate::world::World;
 
 pub use self::lattice::Unfit;
-pub use self::reference::{fit, thin};
+pub use self::reference::fit;
 
 /// Substeps in a command buffer.
 const BATCH: u32 = 32;
@@ -61,6 +61,8 @@ pub struct Lagrangian<'gpu> {
     cells: Buf<kernels::ElasticCell>,
     skins: Buf<kernels::Skin>,
     rests: Buf<kernels::Rest>,
+    /// Cells with thin parts, and what integrates those, if there are any.
+    thins: Option<(Buf<kernels::ThinCell>, Buf<kernels::Place>)>,
     state: State,
     saved: State,
     /// What each cell gives to its 27 nodes [N].
@@ -80,7 +82,8 @@ pub struct Lagrangian<'gpu> {
     held: Vec<f64>,
     /// Gravity that each body feels [m/s²].
     weights: Vec<[f64; 3]>,
-    /// Nothing but gravity does work: no field, and no obstacle moves.
+    /// Nothing but gravity does work: no field, and no obstacle moves. And all energy shows: particles do not tell that of
+    /// thin parts that bend.
     closed: bool,
     /// Energy that rounding may seem to make: a ten-thousandth of lifting everything by a cell [J].
     noise: f64,
@@ -124,6 +127,20 @@ impl State {
     }
 }
 
+/// What a call has a lane for, and which of the clock's runs counts them.
+#[derive(Clone, Copy)]
+enum Items {
+    Nodes,
+    /// Cells that something may push, and the others.
+    Touched,
+    Inside,
+    Skins,
+    /// Cells with thin parts.
+    Thin,
+    /// Of surfaces that may meet.
+    Facets,
+}
+
 /// A node as the host sums it.
 struct Lump {
     /// Lumped mass [kg].
@@ -140,7 +157,7 @@ impl<'gpu> Lagrangian<'gpu> {
     pub fn new(gpu: &'gpu Gpu, world: &World) -> Result<Self, LagrangianError> {
         let unfit = |(i, why): (usize, Unfit)| LagrangianError::Unfit(world.bodies[i].name.clone(), why);
         let reference = Reference::new(world).map_err(unfit)?;
-        let constants = constants(world);
+        let constants = constants(world).with("MIRRORED", f64::from(u8::from(reference.mirrored())));
         let obstacles = !world.colliders.is_empty();
         let pairs = match world.bodies.len() {
             0 | 1 => None,
@@ -163,6 +180,9 @@ impl<'gpu> Lagrangian<'gpu> {
             cells: reference.cells.len() as u32,
             skins: reference.skins.len() as u32,
             points: particles.len() as u32,
+            // Where nothing can push there is one call for all.
+            thin: reference.thin.cells.len() as u32,
+            touched: if obstacles || pairs.is_some() { reference.touched } else { 0 },
         };
         let (nodes, skins) = (u64::from(sizes.nodes), u64::from(sizes.skins));
         let state = State::new(gpu, ["u", "v", "grips"], nodes, skins)?;
@@ -187,6 +207,13 @@ impl<'gpu> Lagrangian<'gpu> {
             cells: gpu.upload("run", "lagrangian/cells", &reference.cells)?,
             skins: gpu.upload("run", "lagrangian/skins", &reference.skins)?,
             rests: gpu.upload("run", "lagrangian/rests", &reference.rests)?,
+            thins: match reference.thin.cells.as_slice() {
+                [] => None,
+                cells => Some((
+                    gpu.upload("run", "lagrangian/thins", cells)?,
+                    gpu.upload("run", "lagrangian/places", &reference.thin.places)?,
+                )),
+            },
             state,
             saved: State::new(gpu, ["saved_u", "saved_v", "saved_grips"], nodes, skins)?,
             shares: gpu.alloc("run", "lagrangian/shares", 27 * u64::from(sizes.cells))?,
@@ -205,6 +232,7 @@ impl<'gpu> Lagrangian<'gpu> {
                 * world.gravity.iter().map(|g| f64::from(*g).abs()).sum::<f64>(),
             weights: reference.solids.iter().map(|s| s.gravity.map(f64::from)).collect(),
             closed: world.fields.is_empty()
+                && reference.thin.cells.is_empty()
                 && world.colliders.iter().all(|c| c.velocity == [0.0; 4] && c.spin == [0.0; 4]),
             particle_ranges,
             time: 0.0,
@@ -239,7 +267,8 @@ impl<'gpu> Lagrangian<'gpu> {
         let skin = (size_of::<kernels::Skin>() + (2 + 4) * 16) as u64;
         let several = world.bodies.len() > 1;
         let facets = if several { Facets::new(world, &r).map_or(0, |f| f.list.len()) } else { 0 };
-        each * r.rests.len() as u64 + node * nodes + cell * cells + skin * skins + Pairs::bytes(facets)
+        let thin = 16 * (r.thin.cells.len() + r.thin.places.len()) as u64;
+        each * r.rests.len() as u64 + node * nodes + cell * cells + skin * skins + thin + Pairs::bytes(facets)
     }
 
     /// Bodies' ranges in the particle buffer.
@@ -270,11 +299,13 @@ impl<'gpu> Lagrangian<'gpu> {
         let k = &self.constants;
         let Self { clock, live, .. } = *self;
         rec.call(&mpm::Clock { clock, live }, k, Groups::Direct([1, 1, 1]));
-        self.record_step(rec, Groups::Indirect(clock.erase(), PARTICLE_GROUPS));
+        let counted = std::mem::offset_of!(Clock, runs) as u64;
+        self.record_step(rec, |items| Groups::Indirect(clock.erase(), counted + 16 * items as u64));
     }
 
-    /// Contact, forces, nodes, with the step that the clock says.
-    fn record_step(&self, rec: &mut Recording, groups: Groups) {
+    /// Contact, forces, nodes, with the step that the clock says; `groups` of the items of a call. Each call has its own
+    /// number of them: on a software driver a lane that has nothing to do takes as long as the others.
+    fn record_step(&self, rec: &mut Recording, groups: impl Fn(Items) -> Groups) {
         let k = &self.constants;
         let Self { cells, solids, skins, colliders, forces, nodes, clock, shares, pushes, .. } = *self;
         let State { u, v, grips } = self.state;
@@ -293,15 +324,38 @@ impl<'gpu> Lagrangian<'gpu> {
                 clock,
                 immediates,
             };
-            rec.call(&contact, k, groups);
+            rec.call(&contact, k, groups(Items::Skins));
         }
         if let Some(pairs) = &self.pairs {
-            pairs.record(rec, &Moved { cells, state: self.state, pushes, clock }, groups);
+            let moved = Moved { cells, state: self.state, pushes, clock };
+            pairs.record(rec, &moved, groups(Items::Facets));
         }
-        rec.call(&lagrangian::Force { cells, solids, u, pushes, shares, clock, immediates }, k, groups);
+        let force = lagrangian::Force { cells, solids, u, pushes, shares, clock, immediates };
+        for (pushed, items) in [(1.0, Items::Touched), (0.0, Items::Inside)] {
+            if self.items(items) > 0 {
+                rec.call(&force, &k.clone().with("PUSHED", pushed), groups(items));
+            }
+        }
+        if let Some((thins, places)) = self.thins {
+            let thin =
+                lagrangian::Thin { cells, solids, thins, places, u, shares_was: shares, shares, clock, immediates };
+            rec.call(&thin, k, groups(Items::Thin));
+        }
         let advance =
             lagrangian::Advance { nodes, solids, shares, forces, u_was: u, v_was: v, u, v, clock, immediates };
-        rec.call(&advance, k, groups);
+        rec.call(&advance, k, groups(Items::Nodes));
+    }
+
+    /// How many there are.
+    fn items(&self, items: Items) -> u32 {
+        match items {
+            Items::Nodes => self.sizes.nodes,
+            Items::Touched => self.sizes.touched,
+            Items::Inside => self.sizes.cells - self.sizes.touched,
+            Items::Skins => self.sizes.skins,
+            Items::Thin => self.sizes.thin,
+            Items::Facets => self.pairs.as_ref().map_or(0, |p| p.sizes.facets),
+        }
     }
 
     /// Brings the particles up to date with the nodes.

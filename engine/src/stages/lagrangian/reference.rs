@@ -1,12 +1,13 @@
 //! Bodies on grids of their own at rest, ready for the kernels: nodes with lumped masses, cells, points at the surface.
 //! All bodies' nodes and cells are numbered in one go. Opens no device.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
-use physvideo_gpu::kernels::{ElasticCell, ElasticNode, Rest, Skin, Solid, family::material};
+use physvideo_gpu::kernels::{ElasticCell, ElasticNode, Place, Rest, Skin, Solid, family::material};
 
 use super::clamp::{Points, Role, role};
-use super::lattice::{At, Lattice, Numbered, Unfit, around, cell, moved, weight3};
+use super::lattice::{At, Lattice, Numbered, Unfit, around, cell, moved, weight_at, weight3};
+use super::thin::{self, Thin};
 use crate::world::{Body, World};
 
 /// No node, no point (`NOBODY` in WGSL).
@@ -17,8 +18,6 @@ const HELD: u32 = 0x4000_0000;
 /// it adds at most twice this to the 3 c²/dx² of the fastest vibration of a filled lattice, of the 7.1 c²/dx² that a
 /// Courant number of 0.75 stands.
 const CONTACT: f32 = 1.5;
-/// Share of a body's points that may be in no full cube of 2³: bumps of a surface, but no leaf or tip.
-const MOST_THIN: f64 = 0.02;
 
 /// Everything the kernels are told about the bodies.
 #[derive(Default)]
@@ -29,6 +28,10 @@ pub(super) struct Reference {
     /// Velocities of the nodes at the start [m/s].
     pub velocities: Vec<[f32; 4]>,
     pub cells: Vec<ElasticCell>,
+    /// How many of them, at the front, have points at the surface.
+    pub touched: u32,
+    /// What is thin, and integrated by more points.
+    pub thin: Thin,
     pub skins: Vec<Skin>,
     pub solids: Vec<Solid>,
     /// One for each particle.
@@ -57,21 +60,6 @@ pub fn fit(world: &World) -> Result<(), (usize, Unfit)> {
     Ok(())
 }
 
-/// The first body with parts less than two particles thick, if there is one. Quadrature points in one layer feel no
-/// bending: such parts fold.
-pub fn thin(world: &World) -> Option<usize> {
-    world.bodies.iter().position(|body| {
-        let Ok(lattice) = Lattice::of(body, world.dx) else { return false };
-        let all: HashSet<At> = lattice.at.iter().copied().collect();
-        let cube = |low: At| (0..8).all(|c| all.contains(&moved(low, [c & 1, c >> 1 & 1, c >> 2])));
-        let thick = |at: &At| (0..8).any(|c| cube(moved(*at, [-(c & 1), -(c >> 1 & 1), -(c >> 2)])));
-        let free =
-            || lattice.at.iter().enumerate().filter(|(i, _)| body.pinned.get(*i) != Some(&true)).map(|(_, at)| at);
-        let alone = free().filter(|at| !thick(at)).count();
-        alone as f64 > MOST_THIN * free().count() as f64
-    })
-}
-
 impl Reference {
     /// Builds the grids of all bodies.
     ///
@@ -83,7 +71,26 @@ impl Reference {
             let lattice = Lattice::of(body, world.dx).map_err(|why| (index, why))?;
             all.add(body, index as u32, &lattice, world.gravity, world.dx);
         }
+        all.touched_first();
         Ok(all)
+    }
+
+    /// Whether any node moves by the opposite of another.
+    pub fn mirrored(&self) -> bool {
+        self.nodes.iter().any(|n| n.mirror != NOBODY)
+    }
+
+    /// Moves the cells with points at the surface to the front; nodes go on counting them in the order of places.
+    fn touched_first(&mut self) {
+        let with_slot = (0..).zip(&self.cells).map(|(slot, c)| ElasticCell { slot, ..*c });
+        let (touched, inside): (Vec<_>, Vec<_>) = with_slot.partition(|c| c.skin != NOBODY);
+        self.touched = touched.len() as u32;
+        self.cells = [touched, inside].concat();
+        let mut place = vec![0; self.cells.len()];
+        (0..).zip(&self.cells).for_each(|(i, c)| place[c.slot as usize] = i);
+        let points = self.rests.iter_mut().map(|r| &mut r.point).chain(self.skins.iter_mut().map(|s| &mut s.point));
+        self.thin.cells.iter_mut().for_each(|t| t.cell = place[t.cell as usize]);
+        points.filter(|p| **p != NOBODY).for_each(|p| *p = place[(*p >> 3) as usize] << 3 | *p & 7);
     }
 
     fn add(&mut self, body: &Body, tag: u32, lattice: &Lattice, gravity: [f32; 3], dx: f32) {
@@ -115,7 +122,7 @@ impl Reference {
         for at in &cells.list {
             let rows = std::array::from_fn(|i| nodes.of(row(*at, i)).unwrap_or(0) + first_node);
             let mask = u32::from(points[at].free) | tag << 16;
-            self.cells.push(ElasticCell { rows, mask, skin: NOBODY, spare: 0 });
+            self.cells.push(ElasticCell { rows, mask, skin: NOBODY, slot: 0 });
         }
         for at in &nodes.list {
             let rows = std::array::from_fn(|i| {
@@ -130,12 +137,22 @@ impl Reference {
         }
         let density = f64::from(body.density) * f64::from(body.particle_volume);
         let mut masses = vec![0.0; nodes.list.len()];
-        for at in &cells.list {
+        let all: HashMap<At, usize> = lattice.at.iter().zip(0..).map(|(at, i)| (*at, i)).collect();
+        for (number, at) in (first_cell..).zip(&cells.list) {
+            let mut places = Vec::new();
             for corner in (0..8).filter(|c| points[at].free >> c & 1 == 1) {
+                let axes = thin::axes(&all, std::array::from_fn(|a| 2 * at[a] + (corner >> a & 1) as i32));
+                let own = thin::places(corner, axes);
                 for s in around() {
-                    masses[nodes.of(moved(*at, s)).unwrap_or(0) as usize] += density * weight3(s, corner);
+                    let of = |p: &Place| f64::from(p.share) * weight_at(s, p.x.map(f64::from));
+                    masses[nodes.of(moved(*at, s)).unwrap_or(0) as usize] += density * own.iter().map(of).sum::<f64>();
+                }
+                if axes != 0 {
+                    self.cells[number as usize].mask &= !(1 << corner);
+                    places.extend(own);
                 }
             }
+            self.thin.add(number, places);
         }
         let mut images = vec![None; nodes.list.len()];
         if body.pinned.contains(&true) {
@@ -174,7 +191,7 @@ impl Reference {
         self.start(body, &lattice.at, &cells, &nodes, &own, &images);
         self.masses.extend(own);
         let first_skin = self.skins.len();
-        self.skin(lattice, tag, first_cell, &cells, held);
+        self.skin(lattice, tag, first_cell, &cells, &all, held);
         self.skin_ranges.push(first_skin..self.skins.len());
     }
 
@@ -231,8 +248,15 @@ impl Reference {
 
     /// The points at the surface: free ones that lack a neighbour along an axis. The normal is that of the missing faces
     /// within two spacings; a sheet one point thick has none.
-    fn skin(&mut self, lattice: &Lattice, body: u32, first_cell: u32, cells: &Numbered, held: impl Fn(usize) -> bool) {
-        let all: HashMap<At, usize> = lattice.at.iter().zip(0..).map(|(at, i)| (*at, i)).collect();
+    fn skin(
+        &mut self,
+        lattice: &Lattice,
+        body: u32,
+        first_cell: u32,
+        cells: &Numbered,
+        all: &HashMap<At, usize>,
+        held: impl Fn(usize) -> bool,
+    ) {
         let lacks = |at: At, axis: usize, way: i32| {
             let mut by = [0; 3];
             by[axis] = way;

@@ -21,7 +21,11 @@ pub static CASE: Case = Case {
 };
 
 fn inputs(ask: Ask) -> Call {
-    let b = Bodies::new(ask);
+    let mut b = Bodies::new(ask);
+    let mirrored = ask.seed % 2 == 0;
+    if !mirrored {
+        b.nodes.iter_mut().for_each(|n| n.mirror = NOBODY);
+    }
     let mut random = Random::new(ask.seed ^ 0xad);
     let mut shares: Vec<[f32; 4]> = (0..27 * b.cells.len())
         .map(|_| {
@@ -37,6 +41,7 @@ fn inputs(ask: Ask) -> Call {
     let dt = if ask.seed % 4 == 3 { 0.0 } else { 7e-4 };
     let clock = Clock { frame_start: 0.9, t: 0.1, dt, ..Default::default() };
     Call::new(b.nodes.len().div_ceil(64) + 1)
+        .constant("MIRRORED", f64::from(u8::from(mirrored)))
         .immediates(&b.sizes)
         .with("nodes", &b.nodes)
         .with("solids", &solids())

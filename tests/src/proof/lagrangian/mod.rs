@@ -7,6 +7,7 @@ pub mod force;
 pub mod meet;
 pub mod sample;
 pub mod surface;
+pub mod thin;
 
 use std::collections::BTreeMap;
 
@@ -37,7 +38,7 @@ pub struct Bodies {
     pub skins: Vec<Skin>,
     /// Particles: every point, and some that are held.
     pub rests: Vec<Rest>,
-    /// Places of the cells.
+    /// Places of the cells, by their slots.
     pub cell_at: Vec<At>,
     /// Places of the nodes.
     pub node_at: Vec<At>,
@@ -158,7 +159,7 @@ impl Bodies {
                 rests.push(Rest { x, point });
             }
             let skin = if surface == 0 { NOBODY } else { first };
-            cells.push(ElasticCell { rows, mask: points | surface << 8 | body << 16, skin, spare: 0 });
+            cells.push(ElasticCell { rows, mask: points | surface << 8 | body << 16, skin, slot: i as u32 });
         }
         let mut nodes: Vec<ElasticNode> = node_at
             .iter()
@@ -204,7 +205,15 @@ impl Bodies {
             cells: cells.len() as u32,
             skins: skins.len() as u32,
             points: rests.len() as u32,
+            thin: 0,
+            touched: cells.iter().filter(|c| c.skin != NOBODY).count() as u32,
         };
+        // Those at the surface come first; slots go on counting places.
+        cells.sort_by_key(|c| c.skin == NOBODY);
+        let mut number = vec![0; cells.len()];
+        (0..).zip(&cells).for_each(|(i, c)| number[c.slot as usize] = i);
+        let points = rests.iter_mut().map(|r: &mut Rest| &mut r.point).chain(skins.iter_mut().map(|s| &mut s.point));
+        points.filter(|p| **p != NOBODY).for_each(|p| *p = number[(*p >> 3) as usize] << 3 | *p & 7);
         Self { sizes, cells, nodes, skins, rests, cell_at: places, node_at, u, v }
     }
 }

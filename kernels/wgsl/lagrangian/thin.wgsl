@@ -1,0 +1,130 @@
+//! use lib/stress lib/bspline
+// Forces of the thin parts of cells on their nodes, added to those of `lagrangian/force`. A particle is a box; where a body
+// is only one or two of them thick, one point in each would feel little or nothing of bending (a layer of points has no
+// second moment, and folds), so each box is integrated by two Gauss points along every thin axis. Those come as a list,
+// four at a time. One lane a cell.
+// Four places: some 4000 operations, 4 loads; a cell besides 27 displacements and 27 sums, read and written.
+//! texels cells: ElasticCell
+//! texels solids: Solid
+//! texels thins: ThinCell
+//! texels places: Place
+//! texels u: vec4f
+//! texels shares_was: vec4f
+
+struct Vectors { d: array<vec4f> }
+@group(0) @binding(0) var cells: texture_1d<u32>;
+@group(0) @binding(1) var solids: texture_1d<u32>;
+@group(0) @binding(2) var thins: texture_1d<u32>;
+@group(0) @binding(3) var places: texture_1d<u32>;
+@group(0) @binding(4) var u: texture_1d<u32>;               // displacement of the nodes [m]
+@group(0) @binding(5) var shares_was: texture_1d<u32>;      // the same buffer, read and then written by its lane
+@group(0) @binding(6) var<storage, read_write> shares: Vectors;
+@group(0) @binding(7) var<storage, read_write> clock: Clock;
+var<immediate> reference: Reference;
+
+// The nodes of a row along x.
+struct Row { l: vec3f, m: vec3f, r: vec3f }
+// Nine rows, y faster than z.
+struct Rows { a: Row, b: Row, c: Row, d: Row, e: Row, f: Row, g: Row, h: Row, i: Row }
+
+fn load(t: texture_1d<u32>, first: u32, step: u32) -> Row {
+    return Row(texel(t, first).xyz, texel(t, first + step).xyz, texel(t, first + 2u * step).xyz);
+}
+
+// Value and derivative along x of a row.
+struct Sum2 { v: vec3f, x: vec3f }
+
+fn along(r: Row, w: vec3f, g: vec3f) -> Sum2 {
+    return Sum2(w.x * r.l + w.y * r.m + w.z * r.r, g.x * r.l + g.y * r.m + g.z * r.r);
+}
+
+// Weights of a place along each axis, and their slopes a cell.
+struct Weights { wx: vec3f, wy: vec3f, wz: vec3f, gx: vec3f, gy: vec3f, gz: vec3f }
+
+fn weights(x: vec3f) -> Weights {
+    let f = x + 1.0;
+    return Weights(bspline(f.x), bspline(f.y), bspline(f.z), bspline_slope(f.x), bspline_slope(f.y), bspline_slope(f.z));
+}
+
+// Derivatives along x, y and z of three rows in one layer, the last still to be weighted along z.
+struct Layer { x: vec3f, y: vec3f, v: vec3f }
+
+fn flat(a: Row, b: Row, c: Row, w: Weights) -> Layer {
+    let p = along(a, w.wx, w.gx);
+    let q = along(b, w.wx, w.gx);
+    let r = along(c, w.wx, w.gx);
+    return Layer(w.wy.x * p.x + w.wy.y * q.x + w.wy.z * r.x, w.gy.x * p.v + w.gy.y * q.v + w.gy.z * r.v,
+        w.wy.x * p.v + w.wy.y * q.v + w.wy.z * r.v);
+}
+
+fn deformation(n: Rows, w: Weights) -> mat3x3f {
+    let l = flat(n.a, n.b, n.c, w);
+    let m = flat(n.d, n.e, n.f, w);
+    let r = flat(n.g, n.h, n.i, w);
+    return gradient(w.wz.x * l.x + w.wz.y * m.x + w.wz.z * r.x, w.wz.x * l.y + w.wz.y * m.y + w.wz.z * r.y,
+        w.gz.x * l.v + w.gz.y * m.v + w.gz.z * r.v);
+}
+
+// To a row with weights wyz, its derivatives along y and z in `slopes`.
+fn give(to: Row, p: mat3x3f, w: Weights, wyz: f32, slopes: vec2f) -> Row {
+    let x = wyz * p[0];
+    let v = slopes.x * p[1] + slopes.y * p[2];
+    return Row(to.l + w.gx.x * x + w.wx.x * v, to.m + w.gx.y * x + w.wx.y * v, to.r + w.gx.z * x + w.wx.z * v);
+}
+
+fn spread(to: Rows, p: mat3x3f, w: Weights) -> Rows {
+    return Rows(
+        give(to.a, p, w, w.wy.x * w.wz.x, vec2f(w.gy.x * w.wz.x, w.wy.x * w.gz.x)),
+        give(to.b, p, w, w.wy.y * w.wz.x, vec2f(w.gy.y * w.wz.x, w.wy.y * w.gz.x)),
+        give(to.c, p, w, w.wy.z * w.wz.x, vec2f(w.gy.z * w.wz.x, w.wy.z * w.gz.x)),
+        give(to.d, p, w, w.wy.x * w.wz.y, vec2f(w.gy.x * w.wz.y, w.wy.x * w.gz.y)),
+        give(to.e, p, w, w.wy.y * w.wz.y, vec2f(w.gy.y * w.wz.y, w.wy.y * w.gz.y)),
+        give(to.f, p, w, w.wy.z * w.wz.y, vec2f(w.gy.z * w.wz.y, w.wy.z * w.gz.y)),
+        give(to.g, p, w, w.wy.x * w.wz.z, vec2f(w.gy.x * w.wz.z, w.wy.x * w.gz.z)),
+        give(to.h, p, w, w.wy.y * w.wz.z, vec2f(w.gy.y * w.wz.z, w.wy.y * w.gz.z)),
+        give(to.i, p, w, w.wy.z * w.wz.z, vec2f(w.gy.z * w.wz.z, w.wy.z * w.gz.z)));
+}
+
+fn put(to: u32, row: u32, r: Row) {
+    let first = to + 3u * row * reference.cells;
+    let was = load(shares_was, first, reference.cells);
+    shares.d[first] = vec4f(was.l + r.l, 0.0);
+    shares.d[first + reference.cells] = vec4f(was.m + r.m, 0.0);
+    shares.d[first + 2u * reference.cells] = vec4f(was.r + r.r, 0.0);
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    if (id.x >= reference.thin) { return; }
+    let thin = textureLoad(thins, id.x, 0);
+    let low = textureLoad(cells, 3u * thin.x, 0);
+    let high = textureLoad(cells, 3u * thin.x + 1u, 0);
+    let last = textureLoad(cells, 3u * thin.x + 2u, 0);
+    let solid = load_solid(solids, last.y >> 16u);
+    let n = Rows(load(u, low.x, 1u), load(u, low.y, 1u), load(u, low.z, 1u), load(u, low.w, 1u), load(u, high.x, 1u),
+        load(u, high.y, 1u), load(u, high.z, 1u), load(u, high.w, 1u), load(u, last.x, 1u));
+    var sum = Rows();
+    for (var i = 0u; i < thin.z; i += 4u) {
+        let a = texel(places, thin.y + i);
+        let b = texel(places, thin.y + i + 1u);
+        let c = texel(places, thin.y + i + 2u);
+        let d = texel(places, thin.y + i + 3u);
+        let wa = weights(a.xyz);
+        let wb = weights(b.xyz);
+        let wc = weights(c.xyz);
+        let wd = weights(d.xyz);
+        let p = stress(solid, Four(deformation(n, wa), deformation(n, wb), deformation(n, wc), deformation(n, wd)),
+            vec4f(a.w, b.w, c.w, d.w));
+        sum = spread(spread(spread(spread(sum, p.a, wa), p.b, wb), p.c, wc), p.d, wd);
+    }
+    put(last.w, 0u, sum.a);
+    put(last.w, 1u, sum.b);
+    put(last.w, 2u, sum.c);
+    put(last.w, 3u, sum.d);
+    put(last.w, 4u, sum.e);
+    put(last.w, 5u, sum.f);
+    put(last.w, 6u, sum.g);
+    put(last.w, 7u, sum.h);
+    put(last.w, 8u, sum.i);
+    tell_clock(solid);
+}
