@@ -157,20 +157,7 @@ impl<'gpu> Sph<'gpu> {
         let Hot { places, moves, warm, numbers, lists, crowds, locals, points, flows, flown, stirs, .. } = hot;
         let was = particles;
         rec.call(
-            &sph::Pack {
-                was,
-                order,
-                keys,
-                table,
-                starts,
-                counts,
-                live: counters,
-                places,
-                moves,
-                warm,
-                numbers,
-                immediates,
-            },
+            &sph::Pack { was, order, keys, starts, counts, live: counters, places, moves, warm, numbers, immediates },
             k,
             each,
         );
