@@ -6,16 +6,20 @@ use physvideo_tests::proof::{Ask, find};
 use physvideo_tests::{device, folder};
 
 /// Kernel whose proof must fail, file, what stands there, what is put in its place.
-const MUTANTS: [(&str, &str, &str, &str); 35] = [
+const MUTANTS: [(&str, &str, &str, &str); 45] = [
     ("cells/clear", "cells/clear", "group.x >= grid.capacity", "group.x >= grid.capacity + 1u"),
     ("cells/locate", "lib/grid", "vec3f(0.5)", "vec3f(0.45)"),
-    ("cells/locate", "cells/locate", "!finite(texel(was, 6u * p + 1u).xyz) || ", ""),
+    ("cells/locate", "lib/claim", "!finite(v) || ", ""),
     ("cells/count", "cells/count", "p >= clock.particles", "p > clock.particles"),
     ("cells/range", "cells/range", "lane < 8u", "lane < 7u"),
     ("cells/place", "cells/place", "+ word(ranks, p)", "+ 0u * word(ranks, p)"),
+    ("cells/place", "cells/place", "keys.d[p] = cell;", ""),
+    ("cells/range", "cells/range", "held + atomicAdd", "0u * held + atomicAdd"),
+    ("cells/range", "lib/tick", "clock.t += clock.dt;", ""),
+    ("cells/range", "cells/range", "if (lane == 0u) { atomicAdd(&live.overflow, 1u); }", ""),
     (
         "mpm/clock",
-        "mpm/clock",
+        "lib/tick",
         "min(atomicExchange(&clock.speed_bits, 0u), 0x7f7fffffu)",
         "atomicExchange(&clock.speed_bits, 0u)",
     ),
@@ -30,6 +34,12 @@ const MUTANTS: [(&str, &str, &str, &str); 35] = [
     ("mpm/grid", "lib/node", "if (!finite(v)) {", "if (false) {"),
     ("mpm/grid_rows", "mpm/grid_rows", "n1 += texel(shares, at + 45u)", "n1 += texel(shares, at + 36u)"),
     ("cells/link", "cells/link", "lane < 8u", "lane < 7u"),
+    ("cells/link", "cells/link", "min(live.blocks, grid.capacity), lane < 8u", "grid.capacity, lane < 8u"),
+    ("mpm/grid", "lib/forget", "table.d[block] = EMPTY;", ""),
+    ("mpm/grid_rows", "mpm/grid_rows", "counts.d[slot * 16u + lane]", "counts.d[slot * 16u]"),
+    ("mpm/g2p", "mpm/g2p", "if (key != NOWHERE) { claim(key >> 6u); }", ""),
+    ("mpm/g2p", "mpm/g2p", "select(0u, QUARANTINED, gone)", "select(0u, QUARANTINED, lost)"),
+    ("mpm/g2p", "mpm/g2p", "cell_key(there, s.v)", "cell_key(x, s.v)"),
     ("mpm/g2p", "material/corotated", "tau = 2.0 * b.mu", "tau = 1.999 * b.mu"),
     ("mpm/g2p", "mpm/g2p", "z.g.z * c.v", "z.g.y * c.v"),
     ("mpm/g2p", "mpm/g2p", "FOLLOW * (packed - next)", "0.09 * (packed - next)"),
@@ -44,7 +54,7 @@ const MUTANTS: [(&str, &str, &str, &str); 35] = [
     ("mpm/g2p", "material/liquid", "(2.0 / 3.0)", "0.5"),
     ("mpm/measure", "material/liquid", "/ (gamma - 1.0)", "/ gamma"),
     ("mpm/g2p", "lib/svd", "cross(u0, u1)", "cross(u1, u0)"),
-    ("mpm/clock", "mpm/clock", "clock.runs[i].x = 0u", "clock.runs[0].x = 0u"),
+    ("mpm/clock", "lib/tick", "clock.runs[i].x = 0u", "clock.runs[0].x = 0u"),
     ("points/carry", "points/carry", "(tag & FLOWS) != 0u", "false"),
     ("mpm/measure", "mpm/measure", "0.5 * dot(momentum, p.v)", "0.49 * dot(momentum, p.v)"),
 ];
@@ -62,8 +72,8 @@ const EFFECTS: [(&str, &str, &str, &str); 22] = [
     ("cells/locate", "cells/locate", "(QUARANTINED | ASLEEP)", "QUARANTINED"),
     ("cells/count", "cells/count", "awake.d[group.x] * 64u", "group.x * 64u"),
     ("cells/place", "cells/place", "awake.d[group.x] * 64u", "group.x * 64u"),
-    ("mpm/clock", "mpm/clock", "/ 64u - clock.idle_groups", "/ 64u"),
-    ("mpm/g2p", "mpm/g2p", "(PINNED | QUARANTINED | ASLEEP)", "(PINNED | QUARANTINED)"),
+    ("mpm/clock", "lib/tick", "/ 64u - clock.idle_groups", "/ 64u"),
+    ("mpm/g2p", "mpm/g2p", "(QUARANTINED | ASLEEP)", "QUARANTINED"),
     ("mpm/measure", "mpm/measure", "(p.tag & DORMANT) != 0u", "false"),
     ("mpm/survey", "mpm/survey", "0x80000000u, 0xffffffffu", "0x80000000u, 0x7fffffffu"),
     ("mpm/survey", "mpm/survey", "255u - atomicLoad(&body_low) == atomicLoad(&body_high)", "true"),
@@ -77,8 +87,8 @@ const EFFECTS: [(&str, &str, &str, &str); 22] = [
 
 /// The same for steps and energies.
 const GUARD: [(&str, &str, &str, &str); 6] = [
-    ("mpm/clock", "mpm/clock", "LEAST_STEP * clock.frame_length", "0.0"),
-    ("mpm/clock", "mpm/clock", "clock.stalled = 1u;", ""),
+    ("mpm/clock", "lib/tick", "LEAST_STEP * clock.frame_length", "0.0"),
+    ("mpm/clock", "lib/tick", "clock.stalled = 1u;", ""),
     ("mpm/measure", "mpm/measure", "only.body == EVERY || ", ""),
     ("mpm/measure", "mpm/measure", "dot(body.gravity, p.x)", "body.gravity.z * p.x.z"),
     ("mpm/measure", "mpm/measure", "dot(p.c1.xyz, p.c1.xyz)", "dot(p.c0.xyz, p.c1.xyz)"),

@@ -19,7 +19,7 @@ pub struct Cells {
     pub starts: Buf<u32>,
     /// Groups of 64 particles that are sorted: all, unless [`Cells::sort_only`] says otherwise.
     pub awake: Buf<u32>,
-    /// Cell of each particle.
+    /// Cell of each particle: block · 64 + its place in the block while the sort goes on, slot · 64 + that afterwards.
     pub keys: Buf<u32>,
     /// Place of each particle within its cell.
     pub ranks: Buf<u32>,
@@ -128,31 +128,53 @@ impl Cells {
         rec.call(&clear, constants, self.node_groups());
     }
 
+    /// Begins with no block, whatever was claimed for a sort that did not come.
+    ///
+    /// # Errors
+    /// The device's refusal.
+    pub fn start_anew(&self, gpu: &Gpu) -> Result<(), GpuError> {
+        let Self { list, table, counts, grid: immediates, live, .. } = *self;
+        let claimed = gpu.read(live)?[0].blocks.min(self.capacity);
+        if claimed > 0 {
+            let mut rec = Recording::new("forget");
+            let clear = cells::Clear { list, table, counts, immediates };
+            rec.call(&clear, &Constants::none(), Groups::Direct([claimed, 1, 1]));
+            gpu.run(&rec)?;
+        }
+        let [blocks_y, blocks_z, nodes_y, nodes_z, row_groups_y, row_groups_z] = [1; 6];
+        let none = Live { blocks_y, blocks_z, nodes_y, nodes_z, row_groups_y, row_groups_z, ..Default::default() };
+        gpu.write(live, 0, &[none])
+    }
+
     /// Sorts the particles into blocks and cells.
     pub fn record_sort(&self, rec: &mut Recording, constants: &Constants, particles: Buf<Particle>, clock: Buf<Clock>) {
+        self.record_locate(rec, constants, particles, clock);
+        self.record_order(rec, constants, clock, false);
+    }
+
+    /// Finds the particles' cells and claims their blocks.
+    pub fn record_locate(
+        &self,
+        rec: &mut Recording,
+        constants: &Constants,
+        particles: Buf<Particle>,
+        clock: Buf<Clock>,
+    ) {
+        let Self { grid: immediates, table, keys, list, live, awake, .. } = *self;
+        let (was, claimed) = (particles, table);
+        let locate = cells::Locate { particles, keys, table, list, live, immediates, clock, was, claimed, awake };
+        rec.call(&locate, constants, Groups::Indirect(clock.erase(), PARTICLE_GROUPS));
+    }
+
+    /// Brings the particles, whose cells are known, into an order; `ticks` chooses the next substep on the way.
+    pub fn record_order(&self, rec: &mut Recording, constants: &Constants, clock: Buf<Clock>, ticks: bool) {
         let groups = Groups::Indirect(clock.erase(), PARTICLE_GROUPS);
         let Self { grid: immediates, table, list, counts, starts, keys, ranks, order, live, .. } = *self;
         let Self { spans, rows, marks, links, fills, awake, .. } = *self;
-        rec.call(
-            &cells::Locate {
-                particles,
-                keys,
-                table,
-                list,
-                live,
-                immediates,
-                clock,
-                was: particles,
-                claimed: table,
-                awake,
-            },
-            constants,
-            groups,
-        );
         rec.call(&cells::Count { keys, table, counts, ranks, clock, awake, immediates }, constants, groups);
         rec.call(
-            &cells::Range { counts, starts, table, list, live, spans, rows, marks, fills, immediates },
-            constants,
+            &cells::Range { counts, starts, table, list, live, spans, rows, marks, fills, clock, immediates },
+            &constants.clone().with("TICKS", f64::from(u8::from(ticks))),
             self.block_groups(),
         );
         rec.call(
@@ -160,7 +182,8 @@ impl Cells {
             constants,
             self.node_groups(),
         );
-        rec.call(&cells::Place { keys, table, starts, ranks, order, clock, awake, immediates }, constants, groups);
+        let was = keys;
+        rec.call(&cells::Place { was, keys, table, starts, ranks, order, clock, awake, immediates }, constants, groups);
     }
 }
 

@@ -1,6 +1,7 @@
 //! use lib/grid
 // The slots of the blocks around each slot: eight below (itself and its lower neighbours, x first, then y, then z),
-// which reach its nodes, eight above, whose nodes its particles reach, and which rows of those below hold particles.
+// that hold particles and reach its nodes, eight above, whose nodes its particles reach, and which rows of those below
+// hold particles.
 // One workgroup a slot.
 
 struct Words { d: array<u32> }
@@ -21,12 +22,12 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     var found = NOWHERE;
     if (all(at < grid.blocks)) {
         let entry = table.d[block_index(grid, at)] - 1u;
-        if (entry < grid.capacity) { found = entry; }
+        if (entry < select(grid.capacity, min(live.blocks, grid.capacity), lane < 8u)) { found = entry; }
     }
     links.d[slot * 24u + lane] = found;
     if (lane < 8u) {
         var fill = 0u;
-        if (found < min(live.blocks, grid.capacity)) { fill = fills.d[found]; }
+        if (found != NOWHERE) { fill = fills.d[found]; }
         links.d[slot * 24u + 16u + lane] = fill;
     }
 }

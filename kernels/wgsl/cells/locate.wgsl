@@ -1,6 +1,6 @@
-//! use lib/clock lib/grid lib/particle lib/texel
+//! use lib/claim lib/clock lib/grid lib/particle lib/texel
 // Finds each particle's cell and claims its block. A particle that is not finite or has left the grid is
-// quarantined. Slots are claimed in any order; nothing that follows depends on that order.
+// quarantined.
 //! texels was: Particle
 //! texels claimed: u32
 
@@ -13,7 +13,7 @@ struct AtomicWords { d: array<atomic<u32>> }
 @group(0) @binding(3) var<storage, read_write> list: Words;
 @group(0) @binding(4) var<storage, read_write> live: Live;
 @group(0) @binding(5) var<storage, read_write> clock: Clock;
-// The same particles and table, read: most blocks are claimed already, and a plain look is cheaper than an atomic one.
+// The same particles and table, read.
 @group(0) @binding(6) var was: texture_1d<u32>;
 @group(0) @binding(7) var claimed: texture_1d<u32>;
 @group(0) @binding(8) var<storage, read> awake: Words;      // groups of 64 particles of which any moves
@@ -29,28 +29,12 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         keys.d[p] = NOWHERE;
         return;
     }
-    let x = head.xyz;
-    let base = base_node(grid, x);
-    if (!finite(x) || !finite(texel(was, 6u * p + 1u).xyz) || !inside(grid, base)) {
+    let key = cell_key(head.xyz, texel(was, 6u * p + 1u).xyz);
+    keys.d[p] = key;
+    if (key == NOWHERE) {
         particles.d[p].tag = tag | QUARANTINED;
         atomicAdd(&clock.quarantined, 1u);
-        keys.d[p] = NOWHERE;
         return;
     }
-    let node = vec3u(base);
-    let cell = node & vec3u(3u);
-    let block = block_index(grid, node >> vec3u(2u));
-    keys.d[p] = (block << 6u) | (cell.z << 4u) | (cell.y << 2u) | cell.x;
-    if (word(claimed, block) != EMPTY) { return; }
-    let won = atomicCompareExchangeWeak(&table.d[block], EMPTY, NOWHERE);
-    if (won.exchanged) {
-        let slot = atomicAdd(&live.blocks, 1u);
-        atomicAdd(&live.nodes, 1u);
-        if (slot < grid.capacity) {
-            list.d[slot] = block;
-            atomicStore(&table.d[block], slot + 1u);
-        } else {
-            atomicAdd(&live.overflow, 1u);
-        }
-    }
+    claim(key >> 6u);
 }

@@ -1,8 +1,12 @@
-//! use lib/grid
+//! use lib/clock lib/grid lib/tick
 // Gives each block a stretch of the particle order, each row of four cells a part of that and each cell a part of its
 // row's; lists the rows that hold particles, and claims those of the block's seven upper neighbours whose nodes its
-// particles reach. Rows share their block's stretch in any order; nothing that follows depends on it. One workgroup a block.
+// particles reach. Rows share their block's stretch in any order; nothing that follows depends on it. One workgroup a block;
+// the first also chooses the next substep, where solvers ask for that.
 //! texels counts: u32
+
+// Chooses the next substep.
+override TICKS: bool = false;
 
 struct Words { d: array<u32> }
 struct AtomicWords { d: array<atomic<u32>> }
@@ -17,6 +21,7 @@ struct Spans { d: array<vec2u> }
 @group(0) @binding(6) var<storage, read_write> rows: Rows;
 @group(0) @binding(7) var<storage, read_write> marks: Words;      // of each row: its place in `rows` + 1, or 0
 @group(0) @binding(8) var<storage, read_write> fills: Words;      // of each slot: bit i, row i holds particles
+@group(0) @binding(9) var<storage, read_write> clock: Clock;
 var<immediate> grid: Grid;
 
 var<workgroup> particles: atomic<u32>;
@@ -30,7 +35,12 @@ var<workgroup> first_row: u32;
 @compute @workgroup_size(16)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
     let slot = group.x;
-    if (slot >= grid.capacity) { return; }
+    if (slot >= grid.capacity) {
+        if (lane == 0u) { atomicAdd(&live.overflow, 1u); }
+        return;
+    }
+    if (TICKS && slot == 0u && lane == 0u) { tick(); }
+    let held = atomicLoad(&live.blocks);
     let block = list.d[slot];
     let id = slot * 16u + lane;
     let cells = textureLoad(counts, id, 0);
@@ -57,6 +67,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         spans.d[slot] = vec2u(first_place, all);
         let end = first_row + made;
         if (end > grid.rows) { atomicAdd(&live.crowded, min(end - grid.rows, made)); }
+        atomicMax(&live.nodes, held);
         atomicMax(&live.row_groups, (min(end, grid.rows) + ROW_LANES - 1u) / ROW_LANES);
     }
     workgroupBarrier();
@@ -79,7 +90,8 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         if (all(at < grid.blocks)) {
             let upper = block_index(grid, at);
             if (atomicLoad(&table.d[upper]) == EMPTY && atomicCompareExchangeWeak(&table.d[upper], EMPTY, NOWHERE).exchanged) {
-                let made = atomicAdd(&live.nodes, 1u);
+                let made = held + atomicAdd(&live.upper, 1u);
+                atomicMax(&live.nodes, made + 1u);
                 if (made < grid.capacity) {
                     list.d[made] = upper;
                     atomicStore(&table.d[upper], made + 1u);

@@ -30,9 +30,11 @@ struct Live {
     row_groups_z: u32,
     rows: atomic<u32>,      // occupied rows
     crowded: atomic<u32>,   // occupied rows that did not fit
+    placed: u32,            // particles in the order, once the grid has what they give
+    upper: atomic<u32>,     // neighbours claimed for their nodes alone
 }
 
-// The same, read only.
+// The same where nobody else changes them.
 struct Counts {
     blocks: u32,
     blocks_y: u32,
@@ -47,6 +49,8 @@ struct Counts {
     row_groups_z: u32,
     rows: u32,
     crowded: u32,
+    placed: u32,
+    upper: u32,
 }
 
 // Four cells along x that hold particles: slot · 16 + place in the block, their stretch of the particle order, block.

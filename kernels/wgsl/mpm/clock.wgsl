@@ -1,11 +1,8 @@
-//! use lib/clock lib/grid
-// Chooses the next substep from the fastest wave and motion of the last, and opens an empty list of active blocks for it.
+//! use lib/clock lib/grid lib/tick
+// Opens an empty list of active blocks, and chooses the next substep, for solvers whose sort does not (`cells/range`).
 
 @group(0) @binding(0) var<storage, read_write> clock: Clock;
 @group(0) @binding(1) var<storage, read_write> live: Live;
-
-// Shortest step as a share of the frame: four times the rounding of time in f32, below which time does not pass.
-const LEAST_STEP: f32 = 2.5e-7;
 
 @compute @workgroup_size(1)
 fn main() {
@@ -14,52 +11,12 @@ fn main() {
     atomicStore(&live.cursor, 0u);
     atomicStore(&live.rows, 0u);
     atomicStore(&live.row_groups, 0u);
+    atomicStore(&live.upper, 0u);
     live.row_groups_y = 1u;
     live.row_groups_z = 1u;
     live.blocks_y = 1u;
     live.blocks_z = 1u;
     live.nodes_y = 1u;
     live.nodes_z = 1u;
-    clock.t += clock.dt;
-    let full = atomicLoad(&live.overflow) + atomicLoad(&live.crowded) > 0u;
-    let fault = clock.watch != 0u && atomicLoad(&clock.clamped_velocity) + atomicLoad(&clock.quarantined) > 0u;
-    if (full || fault || clock.stalled != 0u) {    // the host makes room or takes smaller steps, and repeats the frame
-        stop();
-        return;
-    }
-    let left = clock.frame_length - clock.t;
-    if (left <= 1e-6 * clock.frame_length) {
-        stop();
-        clock.t = clock.frame_length;
-        return;
-    }
-    // Bits above those of the largest finite number are no speed: NaN would stop the clock for ever.
-    let speed = bitcast<f32>(min(atomicExchange(&clock.speed_bits, 0u), 0x7f7fffffu));
-    let waves = clock.courant * clock.dx / max(clock.wave_speed, speed);
-    let limit = select(waves, min(waves, clock.longest), clock.longest > 0.0);
-    // What is left is divided evenly, so that no frame ends with a sliver of a step.
-    let even = left / max(1.0, ceil(left / limit - 1e-3));
-    let dt = select(even, min(clock.force_dt, left), clock.force_dt > 0.0);
-    if (dt < LEAST_STEP * clock.frame_length) {
-        atomicStore(&clock.speed_bits, bitcast<u32>(speed));
-        clock.stalled = 1u;
-        stop();
-        return;
-    }
-    clock.dt = dt;
-    clock.substeps += 1u;
-    clock.dt_min = select(min(clock.dt_min, dt), dt, clock.dt_min == 0.0);
-    clock.dt_max = max(clock.dt_max, dt);
-    clock.particle_groups = vec3u((clock.particles + 63u) / 64u - clock.idle_groups, 1u, 1u);
-    for (var i = 0u; i < 8u; i++) {
-        let count = clock.runs[i].w;
-        clock.runs[i] = vec4u((count + 63u) / 64u, 1u, 1u, count);
-    }
-}
-
-// No more substeps in this frame: what is still submitted finds no work.
-fn stop() {
-    clock.dt = 0.0;
-    clock.particle_groups = vec3u(0u, 1u, 1u);
-    for (var i = 0u; i < 8u; i++) { clock.runs[i].x = 0u; }
+    tick();
 }

@@ -1,14 +1,15 @@
-//! use lib/bspline lib/clock lib/load
+//! use lib/bspline lib/claim lib/clock lib/load
 //! family material
 // Grid to particles: velocity and affine velocity (APIC), deformation by the gradient of the B-spline or the MLS
 // form, position, and the stress for the next transfer. One lane a particle: all of them in the order of their cells,
 // or a stretch with one material in the order of their numbers, so that each material's particles pay for no other's.
+// Then it finds the particle's new cell and claims its block, as `cells/locate` does.
 //! texels was: Particle
 //! texels deformed: Deformation
 //! texels bodies: Body
 //! texels order: u32
-//! texels keys: u32
-//! texels table: u32
+//! texels cells: u32
+//! texels claimed: u32
 //! texels links: u32
 //! texels nodes: vec4f
 
@@ -20,6 +21,8 @@ override MAX_STRETCH: f32 = 0.5;
 override MIN_VOLUME: f32 = 0.05;
 // All particles of the scene, by their cells; else those that the call names.
 override ALL: bool = true;
+// Cells are found by `cells/locate`, after something else has moved particles.
+override LOCATES: bool = true;
 // Nothing but liquid: of F only J is kept.
 override LIQUID: bool = false;
 // A liquid that expanded does not remember all of it: where the grid is denser than J says, J follows the grid by a tenth
@@ -28,8 +31,10 @@ override LIQUID: bool = false;
 override PACKED: f32 = 0.0;
 const FOLLOW: f32 = 0.1;
 
-// Particles and deformations are read and then written by their lane: `was` and `deformed` are the same buffers as
-// `particles` (six vectors each) and `deformations`.
+// Particles, deformations and keys are read and then written by their lane: `was`, `deformed` and `cells` are the same
+// buffers as `particles` (six vectors each), `deformations` and `keys`; `claimed` is `table`.
+struct Words { d: array<u32> }
+struct AtomicWords { d: array<atomic<u32>> }
 struct Vectors { d: array<vec4f> }
 struct Deformations { d: array<Deformation> }
 @group(0) @binding(0) var was: texture_1d<u32>;
@@ -38,12 +43,15 @@ struct Deformations { d: array<Deformation> }
 @group(0) @binding(3) var<storage, read_write> deformations: Deformations;
 @group(0) @binding(4) var bodies: texture_1d<u32>;
 @group(0) @binding(5) var order: texture_1d<u32>;
-@group(0) @binding(6) var keys: texture_1d<u32>;
-@group(0) @binding(7) var table: texture_1d<u32>;
+@group(0) @binding(6) var cells: texture_1d<u32>;               // slot · 64 + cell
+@group(0) @binding(7) var<storage, read_write> keys: Words;     // block · 64 + cell of the next substep
 @group(0) @binding(8) var links: texture_1d<u32>;
 @group(0) @binding(9) var nodes: texture_1d<u32>;
-@group(0) @binding(10) var<storage, read> live: Counts;
-@group(0) @binding(11) var<storage, read_write> clock: Clock;
+@group(0) @binding(10) var claimed: texture_1d<u32>;
+@group(0) @binding(11) var<storage, read_write> table: AtomicWords;
+@group(0) @binding(12) var<storage, read_write> list: Words;
+@group(0) @binding(13) var<storage, read_write> live: Live;
+@group(0) @binding(14) var<storage, read_write> clock: Clock;
 var<immediate> grid: Grid;
 
 var<workgroup> fastest: atomic<u32>;
@@ -111,22 +119,31 @@ fn block(at: Place, x: Axis, y: Axis, z: Axis) -> Sums3 {
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     // Read first: a software driver makes one load of a uniform address only before any branch.
     let dt = clock.dt;
-    let placed = select(grid.count, live.cursor, ALL);
+    let placed = select(grid.count, live.placed, ALL);
     if (id.x < placed) {
         var index = grid.first + id.x;
         if (ALL) { index = word(order, id.x); }
         let head = texel(was, 6u * index);
         let tag = bitcast<u32>(head.w);
-        if ((tag & (PINNED | QUARANTINED | ASLEEP)) == 0u) { move_particle(index, head.xyz, tag, dt); }
+        if ((tag & (QUARANTINED | ASLEEP)) == 0u) {
+            // What is held stays where it is, or else finds its cell as it moves.
+            var key = cell_key(head.xyz, vec3f(0.0));
+            if ((tag & PINNED) == 0u) { key = move_particle(index, head.xyz, tag, dt); }
+            if (LOCATES) {
+                keys.d[index] = key;
+                if (key != NOWHERE) { claim(key >> 6u); }
+            }
+        }
     }
     workgroupBarrier();
     if (lane == 0u) { atomicMax(&clock.speed_bits, atomicLoad(&fastest)); }
 }
 
-fn move_particle(index: u32, x: vec3f, tag: u32, dt: f32) {
+// Answers the key of the particle's new cell.
+fn move_particle(index: u32, x: vec3f, tag: u32, dt: f32) -> u32 {
     let inv = 1.0 / grid.dx;
-    let key = word(keys, index);
-    let slot = word(table, key >> 6u) - 1u;
+    let key = word(cells, index);
+    let slot = key >> 6u;
     let l = vec3u(key & 3u, (key >> 2u) & 3u, (key >> 4u) & 3u);
     let at = Place(textureLoad(links, slot * 6u + 2u, 0), textureLoad(links, slot * 6u + 3u, 0), l);
     // Sorting decided which cell it is in, where rounding could say another.
@@ -149,10 +166,13 @@ fn move_particle(index: u32, x: vec3f, tag: u32, dt: f32) {
     let next = now.f;
     // A sum is finite only if all its terms are. Return maps may make numbers of what was none, so the trial is asked.
     let lost = !finite(trial.f[0] + trial.f[1] + trial.f[2]) || !finite(tau[0] + tau[1] + tau[2]);
-    if (lost) { atomicAdd(&clock.quarantined, 1u); }
+    let there = x + dt * s.v;
+    let reached = select(cell_key(there, s.v), NOWHERE, lost);
+    let gone = lost || (LOCATES && reached == NOWHERE);
+    if (gone) { atomicAdd(&clock.quarantined, 1u); }
     let rate = vec4f(vec3f(4.0 * inv), 1.0);
     let to = 6u * index;
-    particles.d[to] = vec4f(x + dt * s.v, bitcast<f32>(tag | select(0u, QUARANTINED, lost)));
+    particles.d[to] = vec4f(there, bitcast<f32>(tag | select(0u, QUARANTINED, gone)));
     particles.d[to + 1u] = vec4f(s.v, texel(was, to + 1u).w);
     particles.d[to + 2u] = vec4f(s.mx.x, s.my.x, s.mz.x, tau[0].x) * rate;
     particles.d[to + 3u] = vec4f(s.mx.y, s.my.y, s.mz.y, tau[1].y) * rate;
@@ -164,7 +184,8 @@ fn move_particle(index: u32, x: vec3f, tag: u32, dt: f32) {
         deformations.d[index].f2 = vec4f(next[2], 0.0);
     }
     let speed = length(s.v) + body.wave * now.wave;
-    if (speed > 0.0 && !lost) { atomicMax(&fastest, bitcast<u32>(speed)); }
+    if (speed > 0.0 && !gone) { atomicMax(&fastest, bitcast<u32>(speed)); }
+    return reached;
 }
 
 // The deformation after the step if all of it were elastic; `mass` is what a cell holds where the particle is [kg].

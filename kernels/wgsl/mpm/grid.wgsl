@@ -1,6 +1,7 @@
-//! use lib/node
+//! use lib/forget lib/node
 // Grid update after `mpm/p2g_fixed` and `mpm/p2g_float`: gathers each node's momentum and mass from the tiles of up
-// to eight blocks in a fixed order, makes it a velocity, and lets it meet the obstacles. One workgroup a slot.
+// to eight blocks in a fixed order, makes it a velocity, and lets it meet the obstacles. Forgets the block's claim and
+// counts. One workgroup a slot.
 //! texels tiles: vec4f
 //! texels links: u32
 //! texels colliders: Colliders
@@ -10,10 +11,12 @@ struct Nodes { d: array<vec4f> }
 @group(0) @binding(0) var tiles: texture_1d<u32>;
 @group(0) @binding(1) var links: texture_1d<u32>;
 @group(0) @binding(2) var<storage, read> list: Words;
-@group(0) @binding(3) var<storage, read> live: Counts;
+@group(0) @binding(3) var<storage, read_write> live: Counts;
 @group(0) @binding(4) var<storage, read_write> nodes: Nodes;
 @group(0) @binding(5) var<storage, read_write> clock: Clock;
 @group(0) @binding(6) var colliders: texture_1d<u32>;
+@group(0) @binding(7) var<storage, read_write> table: Words;
+@group(0) @binding(8) var<storage, read_write> counts: Words;
 var<immediate> grid: Grid;
 
 var<workgroup> near: atomic<u32>;
@@ -23,11 +26,12 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     // Read first: a software driver makes one load of a uniform address only before any branch.
     let dt = clock.dt;
     let time = clock.frame_start + clock.t + dt;
-    let blocks = min(live.blocks, grid.capacity);
     let count = textureLoad(colliders, 0u, 0).x;
     let slot = group.x;
     if (slot >= grid.capacity) { return; }
     let low = grid.origin + vec3f(block_coord(grid, list.d[slot]) * 4u) * grid.dx;
+    counts.d[slot * 64u + lane] = 0u;
+    if (lane == 0u) { forget(slot, list.d[slot]); }
     if (lane < count) { atomicOr(&near, obstacle_near(lane, low, time)); }
     workgroupBarrier();
     let l = vec3u(lane & 3u, (lane >> 2u) & 3u, lane >> 4u);
@@ -35,7 +39,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     for (var i = 0u; i < 8u; i++) {
         let n = l + 4u * vec3u(i & 1u, (i >> 1u) & 1u, i >> 2u);
         let from_slot = word(links, slot * 24u + i);
-        if (from_slot < blocks && all(n < vec3u(6u))) {
+        if (from_slot != NOWHERE && all(n < vec3u(6u))) {
             sum += texel(tiles, from_slot * TILE + n.z * 36u + n.y * 6u + n.x);
         }
     }

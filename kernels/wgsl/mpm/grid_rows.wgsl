@@ -1,12 +1,14 @@
-//! use lib/node
+//! use lib/forget lib/node
 // Grid update after `mpm/p2g`: gathers the momentum and mass of each node from the rows of cells that reach it, in a
-// fixed order, makes it a velocity, and lets it meet the obstacles. One workgroup a slot, one lane four nodes along x.
+// fixed order, makes it a velocity, and lets it meet the obstacles. Forgets the block's claim and counts. One workgroup a
+// slot, one lane four nodes along x.
 //! texels shares: vec4f
 //! texels marks: u32
 //! texels links: u32
 //! texels colliders: Colliders
 
 struct Words { d: array<u32> }
+struct Fours { d: array<vec4u> }
 struct Nodes { d: array<vec4f> }
 @group(0) @binding(0) var shares: texture_1d<u32>;
 @group(0) @binding(1) var marks: texture_1d<u32>;
@@ -15,6 +17,9 @@ struct Nodes { d: array<vec4f> }
 @group(0) @binding(4) var<storage, read_write> nodes: Nodes;
 @group(0) @binding(5) var<storage, read_write> clock: Clock;
 @group(0) @binding(6) var colliders: texture_1d<u32>;
+@group(0) @binding(7) var<storage, read_write> table: Words;
+@group(0) @binding(8) var<storage, read_write> counts: Fours;
+@group(0) @binding(9) var<storage, read_write> live: Counts;
 var<immediate> grid: Grid;
 
 var<workgroup> near: atomic<u32>;
@@ -28,6 +33,8 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     let slot = group.x;
     if (slot >= grid.capacity) { return; }
     let low = grid.origin + vec3f(block_coord(grid, list.d[slot]) * 4u) * grid.dx;
+    counts.d[slot * 16u + lane] = vec4u(0u);
+    if (lane == 0u) { forget(slot, list.d[slot]); }
     if (lane < count) { atomicOr(&near, obstacle_near(lane, low, time)); }
     workgroupBarrier();
     let y = lane & 3u;

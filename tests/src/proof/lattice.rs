@@ -61,9 +61,9 @@ pub fn coordinates(grid: &Grid, block: u32) -> [u32; 3] {
     [block % x, block / x % y, block / (x * y)]
 }
 
-/// Slots of the eight blocks at and below each slot's, then of the eight at and above it, [`NOWHERE`] for none; then
-/// the fills of those below.
-pub fn links(grid: &Grid, table: &[u32], list: &[u32], fills: &[u32]) -> Vec<u32> {
+/// Slots of the eight blocks at and below each slot's, as far as they hold particles, then of the eight at and above it,
+/// [`NOWHERE`] for none; then the fills of those below.
+pub fn links(grid: &Grid, table: &[u32], list: &[u32], blocks: usize, fills: &[u32]) -> Vec<u32> {
     let around = |block: u32| {
         let b = coordinates(grid, block).map(i64::from);
         [-1, 1].into_iter().flat_map(move |way| {
@@ -77,7 +77,8 @@ pub fn links(grid: &Grid, table: &[u32], list: &[u32], fills: &[u32]) -> Vec<u32
     let fill = |slot: &u32| fills.get(*slot as usize).copied().unwrap_or(0);
     list.iter()
         .flat_map(|block| {
-            let slots: Vec<u32> = around(*block).map(slot).collect();
+            let mut slots: Vec<u32> = around(*block).map(slot).collect();
+            slots[..8].iter_mut().filter(|slot| **slot >= blocks as u32).for_each(|slot| *slot = NOWHERE);
             let below: Vec<u32> = slots[..8].iter().map(fill).collect();
             [slots, below].concat()
         })
@@ -158,7 +159,7 @@ impl Lattice {
             .iter()
             .map(|b| cells.range(b * 64..b * 64 + 64).fold(0, |bits, (key, _)| bits | 1 << (key % 64 / 4)))
             .collect();
-        let links = links(&grid, &table, &list, &fills);
+        let links = links(&grid, &table, &list, holding.len(), &fills);
         let mut made = Self {
             grid,
             blocks: holding.len(),
@@ -219,6 +220,15 @@ impl Lattice {
             cursor: self.spans.iter().map(|s| s[1]).sum(),
             ..Default::default()
         }
+    }
+
+    /// Slot · 64 + cell of each particle, as `cells/place` leaves its key.
+    pub fn cells(&self) -> Vec<u32> {
+        let cell = |key: &u32| match *key {
+            NOWHERE => NOWHERE,
+            key => (self.table[key as usize / 64] - 1) * 64 + key % 64,
+        };
+        self.keys.iter().map(cell).collect()
     }
 
     /// Particles of a slot.

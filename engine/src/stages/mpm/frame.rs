@@ -31,14 +31,19 @@ impl Mpm<'_> {
             recycling.reset(self.gpu)?;
         }
         self.prepare()?;
+        let mut taken = 0;
         loop {
             if let Some(batch) = &self.batch {
                 batch.submit()?;
             }
-            let clock = self.gpu.read(self.clock)?[0];
+            let mut clock = self.gpu.read(self.clock)?[0];
+            if clock.substeps == taken {
+                clock.particle_groups[0] = 0; // time goes on where particles are, and none is left
+            }
             if clock.particle_groups[0] == 0 || self.stopped() {
                 return Ok(clock);
             }
+            taken = clock.substeps;
         }
     }
 

@@ -7,6 +7,7 @@ mod play;
 mod rest;
 mod run;
 mod start;
+mod substep;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -103,8 +104,6 @@ pub struct Mpm<'gpu> {
     extents: Buf<Extent>,
 }
 
-/// Byte offset of the workgroup counts of the runs in `Clock`.
-const RUN_GROUPS: u64 = std::mem::offset_of!(Clock, runs) as u64;
 /// All bodies, to `mpm/measure` (`EVERY` in WGSL).
 const EVERY: u32 = u32::MAX;
 
@@ -219,81 +218,6 @@ impl<'gpu> Mpm<'gpu> {
         Groups::Indirect(self.clock.erase(), PARTICLE_GROUPS)
     }
 
-    /// One substep: clear, clock, sort, P2G, grid, G2P.
-    pub fn record_substep(&self, rec: &mut Recording) {
-        let k = &self.constants;
-        let Cells { grid: immediates, table, keys, list, counts, order, spans, rows, marks, links, live, .. } =
-            self.cells;
-        let Self { particles, deformations, bodies, forces, clock, colliders, given, nodes, .. } = *self;
-        let (blocks, slots, filled) = (self.cells.block_groups(), self.cells.node_groups(), self.cells.row_groups());
-        let read_live = live.cast();
-        self.cells.record_clear(rec, k);
-        rec.call(&mpm::Clock { clock, live }, k, Groups::Direct([1, 1, 1]));
-        if let Some(recycling) = &self.recycling {
-            recycling.record(rec, k, particles, deformations, clock, self.cells.awake);
-        }
-        self.cells.record_sort(rec, k, particles, clock);
-        match self.p2g {
-            P2g::Cell => {
-                let p2g = mpm::P2g {
-                    particles,
-                    bodies,
-                    order,
-                    placed: order,
-                    rows,
-                    counts,
-                    shares: given,
-                    live: read_live,
-                    clock,
-                    forces,
-                    immediates,
-                };
-                rec.call(&p2g, k, filled);
-            }
-            P2g::Fixed => {
-                let tiles = given;
-                rec.call(
-                    &mpm::P2gFixed { particles, bodies, order, spans, tiles, clock, forces, immediates },
-                    k,
-                    blocks,
-                );
-            }
-            P2g::Float => {
-                let tiles = given.cast();
-                rec.call(
-                    &mpm::P2gFloat { particles, bodies, order, spans, tiles, clock, forces, immediates },
-                    k,
-                    blocks,
-                );
-            }
-        }
-        if self.p2g == P2g::Cell {
-            let grid = mpm::GridRows { shares: given, marks, links, list, nodes, clock, colliders, immediates };
-            rec.call(&grid, k, slots);
-        } else {
-            let grid = mpm::Grid { tiles: given, links, list, live: read_live, nodes, clock, colliders, immediates };
-            rec.call(&grid, k, slots);
-        }
-        for (i, run) in self.runs.iter().enumerate() {
-            let g2p = mpm::G2p {
-                was: particles,
-                particles: particles.cast(),
-                deformed: deformations,
-                deformations,
-                bodies,
-                order,
-                keys,
-                table,
-                links,
-                nodes,
-                live: read_live,
-                clock,
-                immediates: kernels::Grid { first: run.first, count: run.count, ..immediates },
-            };
-            rec.call(&g2p, &run.constants, Groups::Indirect(clock.erase(), RUN_GROUPS + 16 * i as u64));
-        }
-    }
-
     fn prepare(&mut self) -> Result<(), GpuError> {
         if self.batch.is_none() {
             let mut rec = Recording::new("substeps");
@@ -314,7 +238,17 @@ impl<'gpu> Mpm<'gpu> {
         self.begin(length, false)
     }
 
+    /// Sets the clock to the begin of a frame, and finds the particles' cells.
     fn begin(&self, length: f32, watch: bool) -> Result<(), GpuError> {
+        self.set_clock(length, watch)?;
+        // A frame that was given up between two substeps has left the cells for the next.
+        self.cells.start_anew(self.gpu)?;
+        let mut locate = Recording::new("locate");
+        self.record_locate(&mut locate);
+        self.gpu.run(&locate).map(|_| ())
+    }
+
+    fn set_clock(&self, length: f32, watch: bool) -> Result<(), GpuError> {
         let clock = Clock {
             frame_start: self.time as f32,
             frame_length: length,
@@ -349,7 +283,7 @@ impl<'gpu> Mpm<'gpu> {
     }
 
     fn update_stress(&mut self) -> Result<(), GpuError> {
-        self.begin(1.0, false)?;
+        self.set_clock(1.0, false)?;
         let Self { particles, deformations, bodies, clock, .. } = *self;
         let mut rec = Recording::new("stress");
         rec.call(&mpm::Stress { particles, deformations, bodies, clock }, &self.constants, self.particle_groups());

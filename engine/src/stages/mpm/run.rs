@@ -39,6 +39,8 @@ pub(super) fn runs(world: &World, method: Method) -> Vec<Run> {
     }
     let all = groups.len() == 1;
     let alike = world.bodies.iter().all(|b| (b.density / world.bodies[0].density - 1.0).abs() < ALIKE);
+    // What starts anew does so after G2P, and then its cells are found.
+    let locates = world.bodies.iter().all(|b| b.recycle.is_none());
     let mut first = 0;
     groups
         .into_iter()
@@ -50,6 +52,7 @@ pub(super) fn runs(world: &World, method: Method) -> Vec<Run> {
             let constants = for_bodies(world, bodies, method)
                 .with("ALL", flag(all))
                 .with("LIQUID", flag(liquid))
+                .with("LOCATES", flag(locates))
                 .with("PACKED", if alike { 0.0 } else { PACKED });
             let run = Run { first, count, constants };
             first += count;

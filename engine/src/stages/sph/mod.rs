@@ -167,7 +167,6 @@ impl<'gpu> Sph<'gpu> {
                 was,
                 order,
                 keys,
-                table,
                 starts,
                 counts,
                 live: counters,

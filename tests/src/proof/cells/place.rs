@@ -33,14 +33,18 @@ fn inputs(ask: Ask) -> Call {
             (sorted.keys[p], sorted.ranks[p]) = (stale, placed - sorted.starts[cell as usize]);
         }
     }
+    let cells: Vec<u32> =
+        sorted.cells().iter().enumerate().map(|(p, c)| if left_out(p) { sorted.keys[p] } else { *c }).collect();
     let clock = Clock { particles: ask.items as u32, ..Default::default() };
     Call::new(awake.len())
         .with("awake", &awake)
         .with("keys", &sorted.keys)
+        .same("was", "keys")
         .with("table", &sorted.table)
         .with("starts", &sorted.starts)
         .with("ranks", &sorted.ranks)
         .with("order", &vec![NOWHERE; ask.items])
+        .with("cells", &cells)
         .with("clock", &[clock])
         .grid(&sorted.grid)
 }
@@ -60,6 +64,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     vec![
         Compared::equal("each sound particle once", &named, &sound),
         Compared::fact("the particles of a cell lie together", changes == cells.len().saturating_sub(1)),
+        Compared::equal("keys", &out.get::<u32>("keys"), &call.buffers.get::<u32>("cells")),
         Compared::fact("nothing behind them", back.iter().all(|p| *p == NOWHERE)),
     ]
 }

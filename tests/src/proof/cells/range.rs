@@ -3,10 +3,11 @@
 
 use std::collections::BTreeSet;
 
-use physvideo_gpu::kernels::{Grid, Live, Row};
+use physvideo_gpu::kernels::{Clock, Grid, Live, Row};
 
 use crate::proof::cloud::{Cloud, grid};
 use crate::proof::lattice::{Lattice, NOWHERE, reached};
+use crate::proof::mpm::clock;
 use crate::proof::mpm::grid_rows::ROW_LANES;
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 
@@ -14,15 +15,15 @@ pub static CASE: Case = Case {
     kernel: "cells/range",
     inputs,
     compare,
-    tolerance: 0.0,
-    reason: "integers",
+    tolerance: clock::CASE.tolerance,
+    reason: "integers, and the clock's step",
     // Blocks take their stretches and neighbours their slots in the order they come.
     unordered: &["starts", "table", "list", "spans", "rows", "marks"],
     bytes: 8.0,
     flops: 6.0,
 };
 
-/// Odd seeds have room for one neighbour only, and for half the rows.
+/// Odd seeds have room for one neighbour at the most, and for half the rows; every fourth chooses the next substep.
 fn inputs(ask: Ask) -> Call {
     let cloud = Cloud::new(ask).quarantined();
     let mut sorted = Lattice::new(grid(), &cloud.particles, ask.seed);
@@ -31,14 +32,18 @@ fn inputs(ask: Ask) -> Call {
         sorted.table[block as usize] = 0;
     }
     if ask.seed % 2 == 1 {
-        sorted.grid.capacity = sorted.grid.capacity.min(held as u32 + 1);
+        sorted.grid.capacity = sorted.grid.capacity.min(held as u32 + u32::from(ask.seed % 4 == 1));
         sorted.grid.rows = sorted.grid.rows.div_ceil(2);
     }
     let room = sorted.grid.capacity as usize;
     sorted.list.resize(room, NOWHERE);
     sorted.counts.truncate(room * 64);
-    let live = Live { blocks: held as u32, nodes: held as u32, ..Default::default() };
-    Call::new(held)
+    // Blocks that found no slot are dispatched as well.
+    let homeless = if ask.seed % 4 == 3 && held > 0 { 2 } else { 0 };
+    let live = Live { blocks: (held + homeless) as u32, ..Default::default() };
+    Call::new(held + homeless)
+        .constant("TICKS", f64::from(u8::from(ticks(ask.seed))))
+        .with("clock", &[clock::sample(ask)])
         .with("counts", &sorted.counts)
         .with("starts", &vec![NOWHERE; room * 64])
         .with("spans", &vec![[NOWHERE; 2]; room])
@@ -51,6 +56,10 @@ fn inputs(ask: Ask) -> Call {
         .grid(&sorted.grid)
 }
 
+fn ticks(seed: u64) -> bool {
+    seed.is_multiple_of(4)
+}
+
 fn nobody() -> Row {
     Row { id: NOWHERE, ..Default::default() }
 }
@@ -58,7 +67,8 @@ fn nobody() -> Row {
 fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let grid: Grid = call.buffers.one("grid");
     let (was, live): (Live, Live) = (call.buffers.one("live"), out.one("live"));
-    let held = was.blocks as usize;
+    let held = (was.blocks as usize).min(grid.capacity as usize);
+    let homeless = was.blocks - held as u32;
     let (counts, starts): (Vec<u32>, Vec<u32>) = (call.buffers.get("counts"), out.get("starts"));
     let spans: Vec<[u32; 2]> = out.get("spans");
     let total: u32 = counts[..held * 64].iter().sum();
@@ -111,7 +121,11 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         None if all.contains(&b) => NOWHERE,
         None => 0,
     });
-    vec![
+    let (clock, now): (Clock, Clock) = (call.buffers.one("clock"), out.one("clock"));
+    let ticked = call.constants == call.constants.clone().with("TICKS", 1.0) && held > 0;
+    let mut compared =
+        if ticked { clock::compare_clock(&clock, &was, &now) } else { vec![Compared::fact("no tick", clock == now)] };
+    compared.extend([
         Compared::fact("cells follow one another in the stretch of their block", within),
         Compared::fact("the list of rows and their marks agree", agree),
         Compared::equal("rows listed once, and marked", &[named.len() as u32, marked as u32], &[listed_rows as u32; 2]),
@@ -123,12 +137,13 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         Compared::equal(
             "live",
             &[live.blocks, live.cursor, live.nodes, live.overflow],
-            &[was.blocks, total, all.len() as u32, (all.len() - room) as u32],
+            &[was.blocks, total, all.len() as u32 + homeless, (all.len() - room) as u32 + homeless],
         ),
         Compared::equal(
             "live rows",
             &[live.rows, live.row_groups, live.crowded],
             &[filled as u32, groups, (filled - listed_rows) as u32],
         ),
-    ]
+    ]);
+    compared
 }

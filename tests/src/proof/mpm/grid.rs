@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use physvideo_gpu::kernels::{Clock, Colliders, Grid};
+use physvideo_gpu::kernels::{Clock, Colliders, Counts, Grid};
 
 use super::{Vec3, obstacle, vec3};
 use crate::proof::cloud::{Cloud, grid};
@@ -46,12 +46,24 @@ pub(super) fn frame(ask: Ask) -> (Call, Lattice) {
     let call = Call::new(slots + 2)
         .with("links", &sorted.links)
         .with("list", &sorted.list)
-        .with("live", &[sorted.counters()])
+        .with("table", &sorted.table)
+        .with("counts", &vec![7u32; slots * 64])
+        .with("live", &[Counts { row_groups: 3, upper: 2, ..sorted.counters() }])
         .with("nodes", &vec![[f32::NAN; 4]; slots * 64])
         .grid(&sorted.grid)
         .with("clock", &[clock])
         .with("colliders", &[colliders]);
     (call, sorted)
+}
+
+/// Whether the sort finds what it starts with.
+fn forgets(call: &Call, out: &Buffers) -> bool {
+    let was: Counts = call.buffers.one("live");
+    // Without a block there is no workgroup to do it, and nothing to be done.
+    let reset = Counts { blocks: 0, nodes: 0, rows: 0, row_groups: 0, upper: 0, cursor: 0, placed: was.cursor, ..was };
+    let want = if was.nodes > 0 { reset } else { was };
+    let zero = |name: &str| out.get::<u32>(name).iter().all(|n| *n == 0);
+    zero("table") && zero("counts") && out.one::<Counts>("live") == want
 }
 
 /// Momenta and masses, some of them nothing; poisoned: a few not finite or huge.
@@ -156,5 +168,6 @@ pub(super) fn compare_nodes(call: &Call, out: &Buffers, sums: &Sums) -> Vec<Comp
         Compared::fact("few nodes are in doubt", doubtful * 100 <= got.len()),
         Compared::fact("clamps are counted", counted.abs_diff(clamps) as usize <= doubtful),
         Compared::fact("nodes that are not finite stand still or are slowed", sound),
+        Compared::fact("the claims, the counts and the counters are forgotten", forgets(call, out)),
     ]
 }
