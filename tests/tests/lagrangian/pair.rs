@@ -44,7 +44,7 @@ fn energy(s: &Lagrangian, bodies: usize) -> f64 {
 /// long the second took from a twentieth to nine tenths of its velocity over 2 L/c. The second lies `aside` [m].
 fn bars(gpu: &Gpu, aside: f64, courant: f32) -> ([f64; 2], f64, f64) {
     let (length, dx, density, young, gap) = (1.0, 1.0 / 32.0, 100.0, 1e4, 0.005);
-    let c = (young / density as f64).sqrt();
+    let c = f64::sqrt(young / density);
     let bar = |from: f64, v: f32| {
         let y = if v > 0.0 { 0.0 } else { aside };
         let all = fill(dx, [from, y, 0.0], [from + length, y + 2.0 * dx, 2.0 * dx], |_| true);

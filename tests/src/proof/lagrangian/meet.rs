@@ -20,19 +20,21 @@ pub static CASE: Case = Case {
     flops: 20_000.0,
 };
 
+/// Facets in a group, so that a thousand are more than a tile of 64 groups.
+const FILLED: usize = 12;
 const STEP: f32 = 1e-3;
 const WAVE: f64 = 6.0;
 
 /// Groups of three bodies around each other, at most a few cells from each other.
 fn inputs(ask: Ask) -> Call {
     let mut random = Random::new(ask.seed ^ 0x3ee7);
-    let groups = ask.items.div_ceil(GROUP);
-    let size = DX * 1.5 * (groups as f64).cbrt();
+    let groups = ask.items.div_ceil(FILLED);
+    let size = DX * 0.9 * (groups as f64).cbrt();
     let (mut patches, mut bounds) = (Vec::new(), Vec::new());
     for g in 0..groups {
         let (middle, drift) = (random.vector(size as f32), random.vector(4.0));
         let body = random.below(3) as u32;
-        let count = if g + 1 == groups { ask.items - g * GROUP } else { GROUP };
+        let count = FILLED.min(ask.items - g * FILLED);
         let mut b = Bounds { body, low: [f32::MAX; 3], high: [f32::MIN; 3], ..Default::default() };
         (b.slowest, b.fastest) = (drift.map(|c| c - 0.2), drift.map(|c| c + 0.3));
         for k in 0..GROUP {
@@ -145,18 +147,19 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         want.extend(w);
         scale.extend(std::iter::repeat_n(size, w.len()));
     };
+    let body = |p: &Patch| p.tag & 0xff;
+    let real: Vec<Patch> = patches.iter().filter(|p| p.tag & NO_FACET == 0).copied().collect();
     let mut touched = vec![false; was.len()];
     let (mut kept, mut sound, mut speed) = (true, true, 0.0f64);
     for (i, own) in patches.iter().enumerate() {
-        let mut law = Law::default();
-        let body = |p: &Patch| p.tag & 0xff;
-        patches.iter().filter(|p| body(p) != body(own)).for_each(|other| law.add(own, other));
         let axis = own.tag >> 8 & 3;
         let to = own.push.wrapping_add(1 + axis) as usize;
         if own.tag & NO_FACET != 0 {
             kept &= ties[i].energy.is_nan();
             continue;
         }
+        let mut law = Law::default();
+        real.iter().filter(|p| body(p) != body(own)).for_each(|other| law.add(own, other));
         if own.push != NOBODY {
             touched[to] = true;
             kept &= now[to][3] == if own.tag >> 10 & 1 == 1 { 0.25 } else { -0.25 };
