@@ -137,7 +137,7 @@ const LAGRANGIAN: [(&str, &str, &str, &str); 35] = [
     ("lagrangian/force", "lagrangian/force", "i >= select(", "i > select("),
     ("lagrangian/force", "lagrangian/force", "reference.touched, 0u, PUSHED", "0u, 0u, PUSHED"),
     ("lagrangian/force", "lagrangian/force", "let to = last.w;", "let to = i;"),
-    ("lagrangian/force", "lib/polar", "1e-4 * s", "1e-1 * s"),
+    ("lagrangian/force", "lib/polar", "1e-4 * s", "0.5 * s"),
     ("lagrangian/force", "lib/polar", "k < 12", "k < 3"),
     ("lagrangian/advance", "lagrangian/advance", "MIRRORED && ", "false && "),
     (

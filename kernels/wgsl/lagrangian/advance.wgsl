@@ -11,6 +11,7 @@
 //! texels forces: Forces
 
 // Some nodes have mirror images. Without any, the second sum is left out: a software driver takes every branch.
+// As a loop that ends after one turn it is slower still (12 ns of processor time a point of a cube for 10, without it 7).
 override MIRRORED: bool = true;
 
 struct Vectors { d: array<vec4f> }

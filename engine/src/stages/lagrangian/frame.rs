@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use physvideo_gpu::kernels::Clock;
 use physvideo_gpu::{GpuError, Groups, Recording};
 
-use super::{BATCH, Items, Lagrangian};
+use super::{BATCH, Lagrangian};
 use crate::stages::solver::{Fastest, FrameStats};
 
 /// Attempts at a frame that are taken back.
@@ -16,6 +16,20 @@ const MOST_GAINED: f64 = 0.5;
 /// What the Courant number is multiplied by then. A point alone in its cell has Σ g²/w = 4.36 along each axis, so it stands
 /// 0.958 / sqrt((3λ + 2μ)/(λ + 2μ)), 0.69 at ν = 0.32 and 0.59 at ν = 0.45; 0.75 comes below that at once.
 const SMALLER: f32 = 0.78;
+
+/// What a call has a lane for, and which of the clock's runs counts them.
+#[derive(Clone, Copy)]
+pub(super) enum Items {
+    Nodes,
+    /// Cells that something may push, and the others.
+    Touched,
+    Inside,
+    Skins,
+    /// Cells with thin parts.
+    Thin,
+    /// Of surfaces that may meet.
+    Facets,
+}
 
 impl Lagrangian<'_> {
     fn stopped(&self) -> bool {
@@ -61,6 +75,18 @@ impl Lagrangian<'_> {
         self.record_step(&mut rec, |items| Groups::Direct([self.items(items).div_ceil(64), 1, 1]));
         self.gpu.run(&rec)?;
         self.sample()
+    }
+
+    /// How many there are.
+    pub(super) fn items(&self, items: Items) -> u32 {
+        match items {
+            Items::Nodes => self.sizes.nodes,
+            Items::Touched => self.sizes.touched,
+            Items::Inside => self.sizes.cells - self.sizes.touched,
+            Items::Skins => self.sizes.skins,
+            Items::Thin => self.sizes.thin,
+            Items::Facets => self.pairs.as_ref().map_or(0, |p| p.sizes.facets),
+        }
     }
 
     /// The longest of the kernels; the clock counts workgroups for it.

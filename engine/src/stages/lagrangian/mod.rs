@@ -24,6 +24,7 @@ use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Prepared, Recording};
 
 use self::facets::Facets;
 use self::pairs::{Moved, Pairs};
+use self::frame::Items;
 use self::reference::Reference;
 use super::solver::{Measure, PINNED};
 use crate::world::World;
@@ -125,20 +126,6 @@ impl State {
         rec.copy(self.v, to.v);
         rec.copy(self.grips, to.grips);
     }
-}
-
-/// What a call has a lane for, and which of the clock's runs counts them.
-#[derive(Clone, Copy)]
-enum Items {
-    Nodes,
-    /// Cells that something may push, and the others.
-    Touched,
-    Inside,
-    Skins,
-    /// Cells with thin parts.
-    Thin,
-    /// Of surfaces that may meet.
-    Facets,
 }
 
 /// A node as the host sums it.
@@ -344,18 +331,6 @@ impl<'gpu> Lagrangian<'gpu> {
         let advance =
             lagrangian::Advance { nodes, solids, shares, forces, u_was: u, v_was: v, u, v, clock, immediates };
         rec.call(&advance, k, groups(Items::Nodes));
-    }
-
-    /// How many there are.
-    fn items(&self, items: Items) -> u32 {
-        match items {
-            Items::Nodes => self.sizes.nodes,
-            Items::Touched => self.sizes.touched,
-            Items::Inside => self.sizes.cells - self.sizes.touched,
-            Items::Skins => self.sizes.skins,
-            Items::Thin => self.sizes.thin,
-            Items::Facets => self.pairs.as_ref().map_or(0, |p| p.sizes.facets),
-        }
     }
 
     /// Brings the particles up to date with the nodes.

@@ -22,7 +22,7 @@ pub static CASE: Case = Case {
 
 fn inputs(ask: Ask) -> Call {
     let mut b = Bodies::new(ask);
-    let mirrored = ask.seed % 2 == 0;
+    let mirrored = ask.seed % 2 == 1;
     if !mirrored {
         b.nodes.iter_mut().for_each(|n| n.mirror = NOBODY);
     }
