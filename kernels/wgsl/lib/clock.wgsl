@@ -1,4 +1,4 @@
-// Time on the device. One invocation of `mpm/clock` writes it, everything else reads it.
+// Time on the device. One invocation of `cells/range` or `mpm/clock` writes it (lib/tick), everything else reads it.
 
 struct Clock {
     frame_start: f32,     // [s] since the start of the run
