@@ -166,6 +166,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         fluid: Fluid {
             particle_size: scene.simulation.particle_size,
             pressure: scene.simulation.pressure,
+            viscosity: scene.simulation.viscosity,
             ..Fluid::default()
         },
     };

@@ -1,6 +1,6 @@
 //! What SPH needs of a world: its particles' size, how pressure is found, and the limits of a step. Knows no device.
 
-use crate::scene::{Material, Pressure};
+use crate::scene::{Material, Pressure, Viscosity};
 use crate::world::World;
 
 /// Settings of the fluids of a world.
@@ -14,16 +14,28 @@ pub struct Fluid {
     pub density_error: f32,
     /// The same for the divergence solve: growth of density in a step (0.1 %).
     pub divergence_error: f32,
+    /// How viscosity is found: by itself it is solved for if that makes steps [`PAYS`] times as long.
+    pub viscosity: Viscosity,
 }
 
 impl Default for Fluid {
     fn default() -> Self {
-        Self { particle_size: 0.013, pressure: Pressure::default(), density_error: 1e-4, divergence_error: 1e-3 }
+        Self {
+            particle_size: 0.013,
+            pressure: Pressure::default(),
+            density_error: 1e-4,
+            divergence_error: 1e-3,
+            viscosity: Viscosity::default(),
+        }
     }
 }
 
 /// Speed of sound of a weakly compressible fluid: sqrt(7 k/ρ) with the paper's k = 5e4 Pa at 1000 kg/m³ [m/s].
 pub const SOUND: f32 = 18.708_287;
+
+/// By how much longer steps must be for viscosity to be solved for: a solve of some twenty iterations costs about as much
+/// as two explicit steps, and more where the viscosity is higher.
+pub const PAYS: f32 = 4.0;
 
 /// What bounds a step: Courant's number over `speed` + the fastest particle, and the longest step whatever they say [s].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,10 +46,13 @@ pub struct Limits {
     pub speed: f32,
     /// [s]
     pub longest: f32,
+    /// Viscosity bounds nothing, because it is solved for.
+    pub implicit: bool,
 }
 
-/// The limits of Monaghan (1992) and Morris (1997): 0.25 h/(c + V), or without sound 0.4 h/V; 0.125 h²/ν;
-/// 0.125 sqrt(h/g). A scene's Courant number scales the first; 0.75, the default, stands for 0.25 and 0.4.
+/// The limits of Monaghan (1992) and Morris (1997): 0.25 h/(c + V), or without sound 0.4 h/V; 0.125 h²/ν, where 0.15 is
+/// what forces along the line of centres stand; 0.125 sqrt(h/g). A scene's Courant number scales the first; 0.75, the
+/// default, stands for 0.25 and 0.4.
 pub fn limits(world: &World) -> Limits {
     let h = world.fluid.particle_size;
     let scale = world.courant / 0.75;
@@ -46,25 +61,45 @@ pub fn limits(world: &World) -> Limits {
         Pressure::Wcsph => (0.25 * scale, SOUND),
         Pressure::Dfsph => (0.4 * scale, 0.0),
     };
-    let mut longest = if gravity > 0.0 { 0.125 * scale * (h / gravity).sqrt() } else { f32::MAX };
-    for body in &world.bodies {
-        if let Material::Sph { viscosity } = body.material
-            && viscosity > 0.0
-        {
-            longest = longest.min(0.125 * h * h / viscosity);
-        }
-    }
+    let falls = if gravity > 0.0 { 0.125 * scale * (h / gravity).sqrt() } else { f32::MAX };
     let wind = world.longest_step();
-    if wind > 0.0 {
-        longest = longest.min(wind);
+    let longest = if wind > 0.0 { falls.min(wind) } else { falls };
+    let viscous = viscous_step(world);
+    let others = longest.min(courant * h / (speed + world.start_speed()));
+    let pays = match world.fluid.viscosity {
+        Viscosity::Auto => viscous * PAYS < others,
+        Viscosity::Explicit => false,
+        Viscosity::Implicit => true,
+    };
+    let implicit = viscous < f32::MAX && pays;
+    Limits { courant, speed, longest: if implicit { longest } else { longest.min(viscous) }, implicit }
+}
+
+/// Longest step that explicit viscosity stands [s].
+fn viscous_step(world: &World) -> f32 {
+    let h = world.fluid.particle_size;
+    let thickest = world.bodies.iter().map(|b| match b.material {
+        Material::Sph { viscosity } => viscosity,
+        _ => 0.0,
+    });
+    let thickest = thickest.fold(0.0, f32::max);
+    if thickest > 0.0 { 0.125 * h * h / thickest } else { f32::MAX }
+}
+
+/// How viscosity is found and why, where it matters to the step.
+pub fn viscosity_note(world: &World) -> Option<String> {
+    let (viscous, taken) = (viscous_step(world), step(world));
+    if limits(world).implicit {
+        let times = taken / viscous;
+        return Some(format!(
+            "viscosity is solved for: without it steps would be {viscous:.1e} s, {times:.1} times as short"
+        ));
     }
-    Limits { courant, speed, longest }
+    (viscous <= taken).then(|| format!("viscosity shortens steps to {viscous:.1e} s"))
 }
 
 /// Step at the start [s].
 pub fn step(world: &World) -> f32 {
     let l = limits(world);
-    let start = world.bodies.iter().flat_map(|b| &b.velocities);
-    let fastest = start.map(|v| v.iter().map(|c| c * c).sum::<f32>()).fold(0.0, f32::max).sqrt();
-    l.longest.min(l.courant * world.fluid.particle_size / (l.speed + fastest))
+    l.longest.min(l.courant * world.fluid.particle_size / (l.speed + world.start_speed()))
 }

@@ -219,7 +219,7 @@ const LATENT: [(&str, &str, &str, &str); 30] = [
 ];
 
 /// The same for liquids.
-const SPH: [(&str, &str, &str, &str); 25] = [
+const SPH: [(&str, &str, &str, &str); 31] = [
     ("sph/pack", "sph/pack", "< p);", "<= p);"),
     ("sph/pack", "sph/pack", "texel(was, 6u * p + 5u)", "texel(was, 6u * p + 4u)"),
     ("sph/pack", "lib/spot", "(q.y & 0x7ffu) << 10u", "(q.y & 0x7ffu) << 11u"),
@@ -237,7 +237,13 @@ const SPH: [(&str, &str, &str, &str); 25] = [
     ("sph/surround", "sph/surround", "(s3 * s3 * fill - 1.0", "(s3 * s3 - 1.0"),
     ("sph/force", "lib/sph_kernel", "1.0200698", "1.0201698"),
     ("sph/force", "sph/force", "(here.w + there.w)", "2.0 * here.w"),
-    ("sph/force", "sph/force", "g * other.w", "g * flow.w"),
+    ("sph/force", "lib/sph", "2.0 * a * b", "a * b"),
+    ("sph/force", "lib/sph_kernel", "0.64529452", "0.64629452"),
+    ("sph/force", "sph/force", "dot(flow.xyz - other.xyz, e)", "dot(flow.xyz, e)"),
+    ("sph/surround", "lib/sph_kernel", "1.1414433", "1.1424433"),
+    ("sph/resist", "sph/resist", "own.slide - motion.xyz", "own.slide"),
+    ("sph/weigh", "sph/weigh", "turn * all.x / descent.along", "turn * all.x * descent.along"),
+    ("sph/descend", "sph/descend", "if (turn != 0.0)", "if (true)"),
     ("sph/source", "sph/source", "own.fill < SPRAY", "false"),
     ("sph/press", "lib/sph", "pressure * own.wall", "2.0 * pressure * own.wall"),
     ("sph/relax", "sph/relax", "turn / (turn + 3.0)", "turn / (turn + 2.0)"),

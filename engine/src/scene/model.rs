@@ -165,6 +165,8 @@ pub struct Simulation {
     pub particle_size: f32,
     /// How liquids find their pressure.
     pub pressure: Pressure,
+    /// How liquids of SPH find their viscosity; `plan` says which and why.
+    pub viscosity: Viscosity,
     /// Courant number of the elastic wave limit, 0 < C ≤ 1.
     #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
     pub courant: f32,
@@ -193,6 +195,7 @@ impl Default for Simulation {
             particles_per_cell: 8,
             particle_size: 0.013,
             pressure: Pressure::default(),
+            viscosity: Viscosity::default(),
             courant: 0.75,
             error_budget: None,
             force_dt: None,
@@ -226,6 +229,19 @@ pub enum Pressure {
     /// Solved for: nearly incompressible, long steps (Bender & Koschier 2015).
     #[default]
     Dfsph,
+}
+
+/// How SPH finds the viscosity of a liquid.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Viscosity {
+    /// Solved for where that makes steps four times as long.
+    #[default]
+    Auto,
+    /// From the velocities at hand: steps of at most 0.125 h²/ν.
+    Explicit,
+    /// Solved for: any step (Weiler et al. 2018).
+    Implicit,
 }
 
 /// An axis-aligned box [m].

@@ -31,9 +31,9 @@ pub struct FrameStats {
     pub recycled: u32,
     /// Attempts at the frame that were taken back and repeated with smaller steps.
     pub rejected: u32,
-    /// Iterations of the pressure solves, where there are any.
+    /// Iterations of the solves for pressure and viscosity, where there are any.
     pub iterations: u32,
-    /// Pressure solves that ended with more error than they may have.
+    /// Solves of them that ended with more error than they may have.
     pub unsolved: u32,
     /// Attempts that ended with more energy than can have come in; where shorter steps do not help, the last is kept.
     pub gained: u32,

@@ -266,7 +266,7 @@ impl Report {
             (c.velocity, "grid nodes or particles were slowed down to one cell or spacing a substep"),
             (c.strain, "particle updates were limited to a stretch of one half in a substep"),
             (c.volume, "particle updates were kept from compressing further, or left out neighbours beyond 64"),
-            (c.unsolved, "pressure solves ended with more than the error they may have"),
+            (c.unsolved, "solves of pressure or viscosity ended with more than the error they may have"),
             (c.gained, "attempts at a frame ended with more energy than can have come in"),
             (c.rejected, "attempts at a frame were taken back and repeated with shorter steps"),
         ] {

@@ -44,6 +44,31 @@ fn a_plan_predicts_what_the_run_reports() {
     assert!(2 * said <= took && took <= 4 * said, "{said} a frame were said, {took} were taken in two");
 }
 
+/// Explicit steps of honey of 4 mm are 0.125 h²/ν = 2.9e-4 s; gravity allows 0.125 sqrt(h/g) = 2.5e-3 s.
+#[test]
+fn a_plan_says_how_viscosity_is_found() {
+    let plan = |viscosity: &str, way: &str| {
+        let folder = Folder::new();
+        let text = format!(
+            "[camera]\neye = [0.0, -1.0, 0.5]\ntarget = [0.0, 0.0, 0.1]\n[simulation]\nparticle_size = 0.004\n{way}\n\
+             [[object]]\nname = 'honey'\nsource.ball = {{ center = [0.0, 0.0, 0.1], radius = 0.02 }}\n\
+             material.sph = {{ viscosity = {viscosity} }}\n[output]\nframes = 2\n"
+        );
+        folder.scene(&text, &[]);
+        let said = folder.run(&["plan", "scene.toml", "--output", "state"]);
+        said.expect(0, &[]);
+        said.out
+    };
+    let solved = plan("7e-3", "");
+    assert!(
+        solved.contains("viscosity is solved for: without it steps would be 2.9e-4 s, 8.8 times as short"),
+        "{solved}"
+    );
+    let short = plan("7e-3", "viscosity = 'explicit'");
+    assert!(short.contains("viscosity shortens steps to 2.9e-4 s"), "{short}");
+    assert!(!plan("1e-6", "").contains("viscosity"), "water's viscosity bounds nothing");
+}
+
 #[test]
 fn check_counts_what_it_found_good() {
     let folder = Folder::new();

@@ -33,6 +33,11 @@ fn press(own: Local, push: vec3f, pressure: f32) -> vec3f {
     return -(push / STEEP + pressure * own.wall) / own.density;
 }
 
+// Viscosity between two particles.
+fn between(a: f32, b: f32) -> f32 {
+    return 2.0 * a * b / max(a + b, 1e-30);
+}
+
 fn h_of() -> f32 { return 0.5 * grid.dx; }
 
 // Words of the neighbour lists: four neighbours of each particle in turn.

@@ -20,6 +20,19 @@ fn spline_slope(q: f32) -> f32 {
     return SPLINE * (3.0 * b * b - 0.75 * a * a);
 }
 
+// Viscosity acts between two particles along the line that joins them, so that angular momentum stays (Monaghan 2005;
+// Español & Revenga 2003), with a weight of its own. With the spline's slope, Monaghan's, a lattice's shear is 0.70 of
+// what is asked for along its axes and 1.45 across its diagonals: Σ r ∂W/∂r x⁴/r⁴ over a lattice is not three times
+// Σ r ∂W/∂r x²y²/r⁴, as in a fluid that looks the same in every direction. This weight makes it so, and makes the
+// second sum 2, so that Σ (v_j − v_i)·e e rub is h² (∇²v + 2 ∇∇·v) on a lattice; it is 0.3 % less in disorder.
+const ROUND: f32 = 0.64529452;
+fn rub(q: f32) -> f32 {
+    let a = max(2.0 - q, 0.0);
+    return 0.81549072 * a * (1.0 + ROUND * a);
+}
+// Where a lattice ends, a layer that is missing takes so many times as much of that sum as of s.
+const SHEARED: f32 = 1.1414433;
+
 // A plane's share of the kernel's integral: ∫ V W over the plane at distance z, 0 ≤ z. Σ over planes one h apart is 1.
 fn layer(z: f32) -> f32 {
     let a = max(2.0 - z, 0.0);

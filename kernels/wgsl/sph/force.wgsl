@@ -1,6 +1,7 @@
 //! use lib/sph
 // Velocities after all forces but, in DFSPH, the pressure: pairs by the symmetric forms that keep momentum, pressure by
-// F = −V² Σ (p_i/s_i² + p_j/s_j²) ∇W (Solenthaler & Pajarola 2008), viscosity by Morris (1997). One lane a particle.
+// F = −V² Σ (p_i/s_i² + p_j/s_j²) ∇W (Solenthaler & Pajarola 2008), viscosity along the line of centres, between bodies
+// by the harmonic mean, which carries stress from one to the other (Cleary 1998). One lane a particle.
 //! texels points: vec4f
 //! texels flows: vec4f
 //! texels lists: u32
@@ -8,6 +9,8 @@
 //! texels locals: Local
 
 override INCOMPRESSIBLE: bool = false;
+// 1: viscosity and the drag of walls are solved for afterwards.
+override IMPLICIT: bool = false;
 
 struct Vectors { d: array<vec4f> }
 @group(0) @binding(0) var points: texture_1d<u32>;
@@ -31,7 +34,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let here = texel(points, i);
     let flow = texel(flows, i);
     let own = load_local(locals, i);
-    let count = load_crowd(crowds, i).count;
+    let count = select(load_crowd(crowds, i).count, 0u, IMPLICIT && INCOMPRESSIBLE);
     var push = vec3f(0.0);
     var shear = vec3f(0.0);
     for (var n = 0u; n < count; n += 4u) {
@@ -42,15 +45,21 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             let other = texel(flows, j);
             let d = here.xyz - there.xyz;
             let r = max(length(d), 1e-20);
-            let g = spline_slope(r * inv_h) * inv_h / r;
-            if (!INCOMPRESSIBLE) { push += d * (g * (here.w + there.w)); }
-            shear += (flow.xyz - other.xyz) * (g * other.w);
+            let e = d / r;
+            if (!INCOMPRESSIBLE) { push += e * (spline_slope(r * inv_h) * inv_h * (here.w + there.w)); }
+            if (!IMPLICIT) {
+                shear -= e * (rub(r * inv_h) * between(flow.w, other.w) * dot(flow.xyz - other.xyz, e));
+            }
         }
     }
-    var a = own.drive + 2.0 * flow.w / (STEEP * own.density) * shear;
+    var a = own.drive + inv_h * inv_h / own.density * shear;
     if (!INCOMPRESSIBLE) { a += press(own, push, here.w); }
-    let v = flow.xyz + dt * a;
-    // Stands any step.
-    let held = dt * own.drag;
-    flown.d[i] = vec4f((v + held * own.slide) / (1.0 + held), flow.w);
+    var v = flow.xyz + dt * a;
+    if (!IMPLICIT) {
+        // Stands any step.
+        let held = dt * own.drag;
+        v = (v + held * own.slide) / (1.0 + held);
+    }
+    if ((own.tag & PINNED) != 0u) { v = vec3f(0.0); }
+    flown.d[i] = vec4f(v, flow.w);
 }

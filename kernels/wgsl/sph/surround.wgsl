@@ -23,7 +23,7 @@ struct Locals { d: array<Local> }
 @group(0) @binding(7) var<storage, read> live: Counts;
 @group(0) @binding(8) var<storage, read> clock: Clock;
 @group(0) @binding(9) var<storage, read_write> points: Vectors;    // x [m], P = p/s² [Pa]
-@group(0) @binding(10) var<storage, read_write> flows: Vectors;    // v [m/s], sqrt(μ/s), μ the viscosity [Pa s]
+@group(0) @binding(10) var<storage, read_write> flows: Vectors;    // v [m/s], viscosity μ over what shears [Pa s]
 @group(0) @binding(11) var<storage, read_write> locals: Locals;
 var<immediate> grid: Grid;
 
@@ -57,8 +57,10 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let s3 = fill * fill * fill;
     let pressure = density * sound * sound / 7.0 * max(s3 * s3 * fill - 1.0, 0.0) / (fill * fill);
     points.d[i] = vec4f(place.xyz, pressure);
-    // Of s only what shears counts: at a free face or a wall that lets slip, the sums have less to go on.
-    flows.d[i] = vec4f(motion.xyz, sqrt(viscosity * density / (crowd.fill + 1.0 - m.loose)));
+    // At a free face or a wall that lets slip, viscosity's sums have less to go on; what both a wall that sticks and a
+    // face take is taken once.
+    let sheared = min(crowd.fill + 1.0 - m.loose, crowd.fill / max(m.loose, 1e-6));
+    flows.d[i] = vec4f(motion.xyz, viscosity * density / max(1.0 - SHEARED * (1.0 - sheared), 0.5 * sheared));
     // Only fluid that is pressed has a pressure that could go on in the wall.
     var pressed = pressure;
     if (INCOMPRESSIBLE) {

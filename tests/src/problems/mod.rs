@@ -16,6 +16,7 @@ pub mod manufactured;
 pub mod motion;
 pub mod sand;
 pub mod setup;
+pub mod viscous;
 
 /// How a problem is run.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,4 +1,4 @@
-//! Problems of liquids: S1 a tank at rest, S2 a breaking dam, S4 Poiseuille flow from rest.
+//! Problems of liquids: S1 a tank at rest, S2 a breaking dam; those of viscosity stand beside.
 
 use std::time::Instant;
 
@@ -10,10 +10,10 @@ use physvideo_gpu::kernels::{Field, Particle, family};
 use physvideo_gpu::{Gpu, GpuError};
 
 use super::{Outcome, Problem, Setting};
-use crate::liquid::{lattice, liquid, plane, room, world};
+use crate::liquid::{lattice, liquid, room, world};
 
 /// The problems.
-pub const PROBLEMS: [Problem; 3] = [
+pub const PROBLEMS: [Problem; 4] = [
     Problem {
         id: "S1",
         title: "hydrostatic tank: pressure of the lowest layer against ρ g (H − z), relative",
@@ -32,18 +32,11 @@ pub const PROBLEMS: [Problem; 3] = [
         courants: &[0.375, 0.75, 1.0],
         run: run_dam,
     },
-    Problem {
-        id: "S4",
-        title: "Poiseuille start-up: speed in the middle against the series, largest error over u_max",
-        goal: 5e-3,
-        methods: &["wcsph", "dfsph"],
-        resolutions: &[6, 8, 12, 16],
-        courants: &[0.375, 0.75, 1.0],
-        run: run_channel,
-    },
+    super::viscous::VORTEX,
+    super::viscous::CHANNEL,
 ];
 
-fn method(setting: Setting) -> Result<Pressure, String> {
+pub(super) fn method(setting: Setting) -> Result<Pressure, String> {
     match setting.method {
         "wcsph" => Ok(Pressure::Wcsph),
         "dfsph" => Ok(Pressure::Dfsph),
@@ -51,7 +44,7 @@ fn method(setting: Setting) -> Result<Pressure, String> {
     }
 }
 
-fn limits_hit(all: &[FrameStats]) -> u64 {
+pub(super) fn limits_hit(all: &[FrameStats]) -> u64 {
     all.iter().map(|s| u64::from(s.clamped_velocity + s.clamped_volume + s.quarantined + s.rejected)).sum()
 }
 
@@ -215,90 +208,4 @@ fn run_dam(gpu: &Gpu, setting: Setting) -> Result<Outcome, String> {
         clamps: limits_hit(&run.frames),
         particles: run.particles as u64,
     })
-}
-
-/// u/u_max in the middle of a channel at νt/L²: 1 − Σ 32 (−1)^k/((2k + 1)π)³ exp(−((2k + 1)π)² νt/L²).
-pub fn poiseuille(time: f64) -> f64 {
-    let mode = |k: i32| {
-        let n = f64::from(2 * k + 1) * std::f64::consts::PI;
-        32.0 * f64::from(1 - 2 * (k % 2)) / n.powi(3) * (-n * n * time).exp()
-    };
-    1.0 - (0..40).map(mode).sum::<f64>()
-}
-
-/// Times νt/L² at which the flow is looked at.
-pub const TIMES: [f64; 5] = [0.02, 0.05, 0.1, 0.2, 0.5];
-
-/// Speeds over u_max in the middle of a channel of `across` particles between plates that stick or not, driven from
-/// rest. Whatever moves moves by less than a tenth of a spacing: the block keeps its lattice, and its free ends are as
-/// good as a period, since Morris's viscosity takes nothing from a free face.
-///
-/// # Errors
-/// The device's refusal.
-pub fn channel(
-    gpu: &Gpu,
-    across: u32,
-    pressure: Pressure,
-    courant: f32,
-    sticky: bool,
-) -> Result<(Vec<f64>, Rest), GpuError> {
-    let (gap, viscosity) = (0.1, 5e-3);
-    let h = gap / f64::from(across);
-    let most = 0.1 * h * viscosity / (0.5 * gap * gap);
-    let body = liquid(1000.0, viscosity as f32, h, lattice(h, [0.0; 3], [4.0 * h, 4.0 * h, gap]));
-    let mut w = world(pressure, h, vec![body], [-0.2; 3], [0.3; 3]);
-    // The viscous limit stands alone here, where nothing is fast: the Courant number scales it.
-    w.force_dt = Some((f64::from(courant) / 0.75 * 0.125 * h * h / viscosity).min(0.25 * h / 18.8) as f32);
-    w.gravity = [(8.0 * viscosity * most / (gap * gap)) as f32, 0.0, 0.0];
-    w.colliders = vec![plane([0.0; 3], [0.0, 0.0, 1.0], sticky), plane([0.0, 0.0, gap], [0.0, 0.0, -1.0], sticky)];
-    let mut sph = Sph::new(gpu, &w)?;
-    let (mut speeds, mut frames, mut wall_s, mut before) = (Vec::new(), Vec::new(), 0.0, 0.0);
-    for time in TIMES {
-        let since = Instant::now();
-        frames.push(sph.frame(((time - before) * gap * gap / viscosity) as f32)?);
-        wall_s += if before > 0.0 { since.elapsed().as_secs_f64() } else { 0.0 };
-        before = time;
-        let all = gpu.read(sph.particles)?;
-        let mut middle: Vec<f64> = Vec::new();
-        for p in &all {
-            // The two layers beside the middle stand h/2 from it: there the steady profile is lower by (h/L)².
-            if (f64::from(p.x[2]) - 0.5 * gap).abs() < 0.6 * h {
-                middle.push(f64::from(p.v[0]) / most);
-            }
-        }
-        speeds.push(middle.iter().sum::<f64>() / middle.len() as f64);
-    }
-    let densest = gpu.read(sph.particles)?.iter().map(|p| f64::from(p.s[0]) - 1.0).fold(0.0, f64::max);
-    Ok((speeds, Rest { base: 0.0, densest, frames, wall_s, particles: (16 * across) as usize }))
-}
-
-/// Largest error of speeds over u_max, against the series at ± half a spacing from the middle.
-pub fn off_the_series(speeds: &[f64], across: u32) -> f64 {
-    let lower = f64::from(across).powi(-2);
-    TIMES.iter().zip(speeds).map(|(t, u)| (u + lower * poiseuille(*t) - poiseuille(*t)).abs()).fold(0.0, f64::max)
-}
-
-fn run_channel(gpu: &Gpu, setting: Setting) -> Result<Outcome, String> {
-    let n = setting.resolution;
-    let (speeds, run) = channel(gpu, n, method(setting)?, setting.courant, true).map_err(|e| e.to_string())?;
-    Ok(Outcome {
-        error: off_the_series(&speeds, n),
-        wall_s: run.wall_s,
-        simulated_s: 0.96,
-        substeps: run.frames[1..].iter().map(|s| u64::from(s.substeps)).sum(),
-        clamps: limits_hit(&run.frames),
-        particles: run.particles as u64,
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_series_is_that_of_the_tables() {
-        for (time, want) in TIMES.iter().zip([0.1592, 0.3704, 0.6154, 0.8566, 0.9926]) {
-            assert!((poiseuille(*time) - want).abs() < 1e-4, "{time}");
-        }
-    }
 }

@@ -65,14 +65,17 @@ pub static CASES: &[&Case] = &[
     &source::recycle::CASE,
     &sph::advance::CASE,
     &sph::density::CASE,
+    &sph::descend::CASE,
     &sph::force::CASE,
     &sph::judge::CASE,
     &sph::pack::CASE,
     &sph::press::CASE,
     &sph::relax::CASE,
+    &sph::resist::CASE,
     &sph::search::CASE,
     &sph::source::CASE,
     &sph::surround::CASE,
+    &sph::weigh::CASE,
 ];
 
 /// What is needed to prove and to time a kernel.

@@ -4,4 +4,7 @@ mod channel;
 mod dam;
 mod guard;
 mod motion;
+mod spin;
 mod tank;
+mod twist;
+mod vortex;

@@ -99,6 +99,11 @@ impl Sph<'_> {
             stats.quarantined = clock.quarantined;
             stats.iterations = solve.all;
             stats.unsolved = solve.unsolved;
+            if let Some(viscous) = &self.viscous {
+                let descent = self.gpu.read(viscous.descent)?[0];
+                stats.iterations += descent.all;
+                stats.unsolved += descent.unsolved;
+            }
             self.time += f64::from(length);
             return Ok(stats);
         }

@@ -4,16 +4,18 @@
 
 mod frame;
 mod start;
+mod viscous;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use physvideo_gpu::kernels::{
-    self, Clock, Colliders, Crowd, Deformation, Forces, Local, Particle, Solve, Sums, mpm, sph,
+    self, Clock, Colliders, Crowd, Deformation, Descent, Forces, Local, Particle, Solve, Sums, mpm, sph,
 };
 use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Prepared, Recording};
 
 use self::start::{NEIGHBOURS, constants, initial_state, slots};
+use self::viscous::{Step, Viscous};
 use super::cells::{self, Cells, PARTICLE_GROUPS};
 use super::solver::{FrameStats, Measure, Solver};
 use crate::fluid::{Fluid, Limits, limits};
@@ -39,6 +41,7 @@ pub struct Sph<'gpu> {
     sums: Buf<Sums>,
     solve: Buf<Solve>,
     hot: Hot,
+    viscous: Option<Viscous>,
     cells: Cells,
     constants: Constants,
     fluid: Fluid,
@@ -125,6 +128,7 @@ impl<'gpu> Sph<'gpu> {
             sums: gpu.alloc("run", "sph/sums", count.div_ceil(64))?,
             solve: gpu.upload("run", "sph/solve", &[Solve::default()])?,
             hot: Hot::new(gpu, count)?,
+            viscous: limits(world).implicit.then(|| Viscous::new(gpu, count)).transpose()?,
             cells: Cells::new(gpu, grid, count, slots(world, &grid), count.max(1) as u32)?,
             constants: constants(world),
             fluid: world.fluid,
@@ -146,6 +150,7 @@ impl<'gpu> Sph<'gpu> {
         let particles: u64 = world.bodies.iter().map(|b| b.positions.len() as u64).sum();
         let grid = cells::grid(world.domain, world.cell());
         let each = (2 * size_of::<Particle>() + size_of::<Deformation>() + 1) as u64 + Hot::BYTES;
+        let each = each + if limits(world).implicit { Viscous::BYTES } else { 0 };
         each * particles + Cells::bytes(&grid, particles, slots(world, &grid), particles.max(1) as u32)
     }
 
@@ -209,6 +214,10 @@ impl<'gpu> Sph<'gpu> {
             k,
             each,
         );
+        if let Some(viscous) = &self.viscous {
+            let live = counters;
+            viscous.record(rec, k, &Step { places, flown, lists, crowds, locals, live, clock, grid: immediates, each });
+        }
         if solved {
             self.record_solve(rec, false);
         }
@@ -284,7 +293,8 @@ impl<'gpu> Sph<'gpu> {
     fn prepare(&mut self) -> Result<(), GpuError> {
         if self.batch.is_none() {
             let mut rec = Recording::new("steps");
-            let steps = if self.fluid.pressure == Pressure::Dfsph { 4 } else { 32 };
+            let solves = self.fluid.pressure == Pressure::Dfsph || self.viscous.is_some();
+            let steps = if solves { 4 } else { 32 };
             for _ in 0..steps {
                 self.record_step(&mut rec);
             }
@@ -318,6 +328,9 @@ impl<'gpu> Sph<'gpu> {
             ..Default::default()
         };
         self.gpu.write(self.solve, 0, &[Solve::default()])?;
+        if let Some(viscous) = &self.viscous {
+            self.gpu.write(viscous.descent, 0, &[Descent::default()])?;
+        }
         self.gpu.write(self.clock, 0, &[clock])
     }
 

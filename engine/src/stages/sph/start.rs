@@ -4,6 +4,7 @@ use bytemuck::Zeroable;
 use physvideo_gpu::Constants;
 use physvideo_gpu::kernels::{self, Deformation, Particle};
 
+use crate::fluid::limits;
 use crate::scene::Pressure;
 use crate::stages::cells;
 use crate::stages::solver::PINNED;
@@ -22,7 +23,9 @@ pub(super) fn slots(world: &World, grid: &kernels::Grid) -> u32 {
 /// Overrides: the members of each family that this world uses, and the method.
 pub(super) fn constants(world: &World) -> Constants {
     let solved = f64::from(u8::from(world.fluid.pressure == Pressure::Dfsph));
-    kernels::MEMBERS.iter().fold(Constants::none().with("INCOMPRESSIBLE", solved), |all, member| {
+    let implicit = f64::from(u8::from(limits(world).implicit));
+    let method = Constants::none().with("INCOMPRESSIBLE", solved).with("IMPLICIT", implicit);
+    kernels::MEMBERS.iter().fold(method, |all, member| {
         let used = match member.family {
             "material" => false,
             "field" => world.fields.iter().any(|f| f.kind == member.kind),

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use physvideo::fluid::Fluid;
-use physvideo::scene::{Material, Pressure};
+use physvideo::scene::{Material, Pressure, Viscosity};
 use physvideo::stages::solver::Solver;
 use physvideo::stages::sph::Sph;
 use physvideo::world::{Body, World};
@@ -93,6 +93,55 @@ pub fn bench(gpu: &Gpu, pressure: Pressure, n: usize, steps: u32, repeats: usize
     sph.start_clock(STEP * 64.0).map_err(say)?;
     for (stage, ms) in stages(gpu, step).map_err(say)? {
         println!("    {stage:<16} {:>8.1} ns a particle", ms * 1e6 / count);
+    }
+    Ok(())
+}
+
+/// Particles of the honey [m], its viscosity [m²/s], frames of it [s].
+const HONEY: (f32, f32, f32) = (4e-3, 7e-3, 0.05);
+
+/// Wall seconds a simulated second of a dam of honey by DFSPH, each way of viscosity in turn.
+pub fn honey(gpu: &Gpu, n: usize, repeats: usize) -> Result<(), String> {
+    let say = |e: physvideo_gpu::GpuError| e.to_string();
+    let mut world = dam((n as f64).cbrt().round() as usize, Pressure::Dfsph);
+    let shrink = HONEY.0 / SIZE;
+    world.force_dt = None;
+    world.bodies[0].material = Material::Sph { viscosity: HONEY.1 };
+    world.bodies[0].positions.iter_mut().for_each(|x| *x = x.map(|c| c * shrink));
+    for c in &mut world.colliders {
+        (c.center, c.size) = (c.center.map(|x| x * shrink), c.size.map(|x| x * shrink));
+        c.sticky = 1;
+    }
+    world.domain.1 = world.domain.1.map(|c| c * shrink);
+    let ways = [Viscosity::Explicit, Viscosity::Implicit];
+    let fluid = |viscosity| Fluid { particle_size: HONEY.0, viscosity, ..world.fluid };
+    let mut runs = Vec::new();
+    for way in ways {
+        runs.push((way, Sph::new(gpu, &World { fluid: fluid(way), ..world.clone() }).map_err(say)?, Vec::new(), 0, 0));
+    }
+    for turn in 0..=repeats.max(1) {
+        for (_, sph, times, steps, iterations) in &mut runs {
+            let begin = Instant::now();
+            let stats = sph.frame(HONEY.2).map_err(say)?;
+            // Drivers compile in the first.
+            if turn > 0 {
+                times.push(begin.elapsed().as_secs_f64() / f64::from(HONEY.2));
+                (*steps, *iterations) = (*steps + stats.substeps, *iterations + stats.iterations);
+            }
+        }
+    }
+    for (way, sph, mut times, steps, iterations) in runs {
+        times.sort_by(f64::total_cmp);
+        let m = sph.measure(0).map_err(say)?;
+        println!(
+            "honey, {way:?}: {:.1} s a simulated second [best {:.1}], {steps} steps, {:.1} iterations a step; centre of \
+             mass at {:.6} m, kinetic energy {:.3e} J",
+            times[times.len() / 2],
+            times[0],
+            f64::from(iterations) / f64::from(steps.max(1)),
+            m.height / m.mass,
+            m.kinetic
+        );
     }
     Ok(())
 }

@@ -1,9 +1,11 @@
-//! Proof of `sph/force`: a = drive − 1/ρ (Σ (P_i + P_j) V∇W / steep + P_i ∇wall) + 2 b_i/ρ Σ b_j V W'/r (v_i − v_j) / steep
-//! (Solenthaler & Pajarola 2008; Morris 1997), then the implicit drag of walls that stick.
+//! Proof of `sph/force`: a = drive − 1/ρ (Σ (P_i + P_j) V∇W / steep + P_i ∇wall) − 1/(ρ h²) Σ 2 m_i m_j/(m_i + m_j) w e·(v_i − v_j) e
+//! with m the viscosities (Solenthaler & Pajarola 2008; Monaghan 2005; Cleary 1998), then the implicit drag of walls that stick; both
+//! are left out where they are solved for. What is held stands still.
 
 use physvideo_gpu::kernels::{Clock, Counts, Local};
 
-use super::{Liquid, Vec3, gradient, h, slope, steep, vec3};
+use super::{Liquid, Vec3, gradient, h, rub, steep, vec3};
+use crate::proof::cloud::PINNED;
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 
 pub static CASE: Case = Case {
@@ -17,7 +19,7 @@ pub static CASE: Case = Case {
     flops: 33.0 * 40.0,
 };
 
-/// Odd seeds leave pressure to the solves.
+/// Odd seeds leave pressure to the solves, the third and fourth of four viscosity.
 fn inputs(ask: Ask) -> Call {
     let mut liquid = Liquid::new(ask);
     let pressures = liquid.vectors(|r| [0.0, 0.0, 0.0, if r.chance(0.3) { 0.0 } else { r.range(0.0, 5e3) }]);
@@ -30,6 +32,7 @@ fn inputs(ask: Ask) -> Call {
     liquid
         .call()
         .constant("INCOMPRESSIBLE", (ask.seed % 2) as f64)
+        .constant("IMPLICIT", (ask.seed % 4 / 2) as f64)
         .with("points", &points)
         .with("flows", &flows)
         .with("locals", &locals)
@@ -51,12 +54,26 @@ pub(super) fn pressure(call: &Call, i: usize) -> (Vec3, f64) {
     (-sum / density, size / density)
 }
 
+/// Rate of change of velocity by viscosity that two particles at a distance d have on each other, times the density, and
+/// the size of its terms: near ones know the line that joins them to 1e-7 m. Of each v and the viscosity.
+pub(super) fn viscous(d: Vec3, a: &[f32; 4], b: &[f32; 4]) -> (Vec3, f64) {
+    let (m, n) = (f64::from(a[3]), f64::from(b[3]));
+    let (r, e, over) = (d.norm(), d.normalize(), vec3(a) - vec3(b));
+    let shared = if m + n > 0.0 { 2.0 * m * n / (m + n) } else { 0.0 };
+    let k = rub(r / h()) * shared / (h() * h());
+    (-e * (k * over.dot(&e)), k * over.norm() * (1.0 + 0.1 * h() / r))
+}
+
 fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let placed = call.buffers.one::<Counts>("live").cursor as usize;
     let dt = f64::from(call.buffers.one::<Clock>("clock").dt);
-    let (points, flows): (Vec<[f32; 4]>, Vec<[f32; 4]>) = (call.buffers.get("points"), call.buffers.get("flows"));
-    let locals: Vec<Local> = call.buffers.get("locals");
-    let pressed = call.constants == physvideo_gpu::Constants::none().with("INCOMPRESSIBLE", 0.0);
+    let (flows, locals): (Vec<[f32; 4]>, Vec<Local>) = (call.buffers.get("flows"), call.buffers.get("locals"));
+    let points: Vec<[f32; 4]> = call.buffers.get("points");
+    let method = |pressed: f64, implicit: f64| {
+        physvideo_gpu::Constants::none().with("INCOMPRESSIBLE", 1.0 - pressed).with("IMPLICIT", implicit)
+    };
+    let pressed = [0.0, 1.0].iter().any(|i| call.constants == method(1.0, *i));
+    let implicit = [0.0, 1.0].iter().any(|p| call.constants == method(*p, 1.0));
     let flown: Vec<[f32; 4]> = out.get("flown");
     let (mut got, mut want, mut scale) = (Vec::new(), Vec::new(), Vec::new());
     for i in 0..placed {
@@ -67,15 +84,14 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             a += p;
             size += s;
         }
-        let common = 2.0 * f64::from(flows[i][3]) / (steep() * f64::from(own.density));
-        for j in Liquid::near(call, i) {
-            let r = (vec3(&points[i]) - vec3(&points[j])).norm();
-            let term = (v - vec3(&flows[j])) * (common * f64::from(flows[j][3]) * slope(r / h()) / h() / r);
-            a += term;
-            size += term.norm();
+        for j in Liquid::near(call, i).into_iter().filter(|_| !implicit) {
+            let (term, most) = viscous(vec3(&points[i]) - vec3(&points[j]), &flows[i], &flows[j]);
+            a += term / f64::from(own.density);
+            size += most / f64::from(own.density);
         }
-        let held = dt * f64::from(own.drag);
-        let next = (v + a * dt + vec3(&own.slide) * held) / (1.0 + held);
+        let held = if implicit { 0.0 } else { dt * f64::from(own.drag) };
+        let free = (v + a * dt + vec3(&own.slide) * held) / (1.0 + held);
+        let next = if own.tag & PINNED != 0 { Vec3::zeros() } else { free };
         got.extend(flown[i][..3].iter().map(|c| f64::from(*c)));
         want.extend(next.iter());
         scale.extend([v.norm() + dt * size; 3]);

@@ -2,15 +2,18 @@
 
 pub mod advance;
 pub mod density;
+pub mod descend;
 pub mod force;
 pub mod judge;
 pub mod pack;
 pub mod press;
 pub mod relax;
+pub mod resist;
 pub mod search;
 pub mod source;
 pub mod surround;
 pub mod wall;
+pub mod weigh;
 
 use nalgebra::Vector3;
 use physvideo_gpu::kernels::{Clock, Counts, Crowd, Grid, Local};
@@ -73,6 +76,39 @@ pub fn slope(q: f64) -> f64 {
 /// By how much a regular lattice's gradient of a linear field is too steep.
 pub fn steep() -> f64 {
     -lattice_sum(|r| r * slope(r)) / 3.0
+}
+
+/// Sum over a regular lattice of x^a y^b / r^(a + b), times some function of the distance.
+fn moment(a: i32, b: i32, f: impl Fn(f64) -> f64) -> f64 {
+    let around = || (-2..=2i32).map(f64::from);
+    let all = around().flat_map(|x| around().flat_map(move |y| around().map(move |z| [x, y, z])));
+    let far = all.map(|p| (p, (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt())).filter(|(_, r)| *r > 0.0);
+    far.map(|(p, r)| f(r) * p[0].powi(a) * p[1].powi(b) / r.powi(a + b)).sum()
+}
+
+/// Weight of viscosity along the line of centres, k (a + b a²) with a = 2 − q: over a lattice Σ w r² x⁴/r⁴ is three times
+/// Σ w r² x²y²/r⁴, as where all directions are alike, and the latter is 2.
+pub fn rub(q: f64) -> f64 {
+    let part = |power: i32| {
+        move |r: f64| {
+            let a = (2.0 - r).max(0.0);
+            r * r * a.powi(power)
+        }
+    };
+    let skew = |power: i32| moment(4, 0, part(power)) - 3.0 * moment(2, 2, part(power));
+    let b = -skew(1) / skew(2);
+    let k = 2.0 / (moment(2, 2, part(1)) + b * moment(2, 2, part(2)));
+    let a = (2.0 - q).max(0.0);
+    k * (a + b * a * a)
+}
+
+/// Share of the fill's lattice sum in a layer one spacing away, and that of the shear along it.
+pub fn sheared() -> f64 {
+    let around = || (-2..=2i32).map(f64::from);
+    let layer: Vec<_> = around().flat_map(|x| around().map(move |y| [x, y, (x * x + y * y + 1.0).sqrt()])).collect();
+    let fill: f64 = layer.iter().map(|[_, _, r]| weight(*r)).sum();
+    let shear: f64 = layer.iter().map(|[x, y, r]| rub(*r) * (x * y / r).powi(2) / 2.0).sum();
+    shear / fill
 }
 
 /// V ∇W between a particle and a neighbour at distance d [1/m].

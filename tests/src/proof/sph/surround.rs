@@ -5,7 +5,7 @@ use nalgebra::{Rotation3, Unit};
 use physvideo_gpu::kernels::{Body, Clock, Collider, Colliders, Counts, Crowd, Forces, Local, family::shape};
 
 use super::wall::mirrored;
-use super::{Liquid, Vec3, Vectors, h, steep, vec3};
+use super::{Liquid, Vec3, Vectors, h, sheared, steep, vec3};
 use crate::proof::mpm::force;
 use crate::proof::mpm::obstacle::obstacles;
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
@@ -158,12 +158,13 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             continue; // on a border, where rounding decides
         }
         let steepest = 4.0 / h();
+        let shears = (f64::from(crowd.fill) + 1.0 - loose).min(f64::from(crowd.fill) / loose);
         got.extend(
             [points[i][3], flows[i][3], l.drift, l.fill, l.friction, l.response, l.drag, l.density].map(f64::from),
         );
         want.extend([
             tait,
-            (nu * density / (f64::from(crowd.fill) + 1.0 - loose)).sqrt(),
+            nu * density / (1.0 - sheared() * (1.0 - shears)).max(0.5 * shears),
             drift,
             fill,
             mean(friction),
@@ -171,7 +172,8 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             drag,
             density,
         ]);
-        scale.extend([density * sound * sound * fill.powi(5), 1.0 / fill * 20.0, steepest * 3.0, fill, 1.0]);
+        let thick = nu * density * (1.0 + 1.0 / shears) / shears;
+        scale.extend([density * sound * sound * fill.powi(5), thick, steepest * 3.0, fill, 1.0]);
         scale.extend([
             (around.norm() + steepest).powi(2) / density + response,
             drag + nu * 10.0 / (h() * h()),
