@@ -4,6 +4,7 @@ use physvideo_gpu::kernels::family::field;
 use physvideo_gpu::kernels::{Bound, Carrier, EdgePixel};
 
 use crate::assemble::Assembled;
+use crate::fluid;
 use crate::plan::Plan;
 use crate::scene::{Scene, Source};
 use crate::stages::cells;
@@ -106,6 +107,9 @@ const SOFT: f32 = 0.05;
 
 /// What a user should know of the steps: that the paper's are not stable here, and what makes a stiff solid cheaper.
 pub fn step_notes(world: &World, fps: f32) -> Vec<String> {
+    if world.is_fluid() {
+        return fluid::step_notes(world);
+    }
     let mut notes = Vec::new();
     let Some(fastest) = world.bodies.iter().max_by(|a, b| a.step_speed(world.dx).total_cmp(&b.step_speed(world.dx)))
     else {

@@ -1,7 +1,7 @@
 //! What SPH needs of a world: its particles' size, how pressure is found, and the limits of a step. Knows no device.
 
 use crate::scene::{Material, Pressure};
-use crate::world::World;
+use crate::world::{Body, World};
 
 /// Settings of the fluids of a world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,8 +36,17 @@ pub struct Limits {
     pub longest: f32,
 }
 
+/// Share of sqrt(ρ h³/(2π σ)), the time of the shortest capillary wave (Brackbill, Kothe & Zemach 1992), that a step may be.
+const CAPILLARY: f32 = 0.25;
+
+/// Longest step that a body's surface tension stands [s]; absent where it has none.
+fn capillary(body: &Body, h: f32, scale: f32) -> Option<f32> {
+    let tension = body.surface_tension();
+    (tension > 0.0).then(|| CAPILLARY * scale * (body.density * h.powi(3) / (std::f32::consts::TAU * tension)).sqrt())
+}
+
 /// The limits of Monaghan (1992) and Morris (1997): 0.25 h/(c + V), or without sound 0.4 h/V; 0.125 h²/ν;
-/// 0.125 sqrt(h/g). A scene's Courant number scales the first; 0.75, the default, stands for 0.25 and 0.4.
+/// 0.125 sqrt(h/g); and that of capillary waves. A scene's Courant number scales the first; 0.75, the default, stands for 0.25 and 0.4.
 pub fn limits(world: &World) -> Limits {
     let h = world.fluid.particle_size;
     let scale = world.courant / 0.75;
@@ -48,10 +57,13 @@ pub fn limits(world: &World) -> Limits {
     };
     let mut longest = if gravity > 0.0 { 0.125 * scale * (h / gravity).sqrt() } else { f32::MAX };
     for body in &world.bodies {
-        if let Material::Sph { viscosity } = body.material
+        if let Material::Sph { viscosity, .. } = body.material
             && viscosity > 0.0
         {
             longest = longest.min(0.125 * h * h / viscosity);
+        }
+        if let Some(step) = capillary(body, h, scale) {
+            longest = longest.min(step);
         }
     }
     let wind = world.longest_step();
@@ -67,4 +79,12 @@ pub fn step(world: &World) -> f32 {
     let start = world.bodies.iter().flat_map(|b| &b.velocities);
     let fastest = start.map(|v| v.iter().map(|c| c * c).sum::<f32>()).fold(0.0, f32::max).sqrt();
     l.longest.min(l.courant * world.fluid.particle_size / (l.speed + fastest))
+}
+
+/// What a user should know of the steps: which body's surface tension makes them so short.
+pub fn step_notes(world: &World) -> Vec<String> {
+    let (step, scale) = (step(world), world.courant / 0.75);
+    let limit = |b: &Body| capillary(b, world.fluid.particle_size, scale).filter(|limit| *limit <= step);
+    let note = |b: &Body| Some(format!("surface tension of '{}' allows steps of {:.1e} s", b.name, limit(b)?));
+    if world.force_dt.is_some() { Vec::new() } else { world.bodies.iter().filter_map(note).collect() }
 }

@@ -176,7 +176,7 @@ const LATENT: [(&str, &str, &str, &str); 30] = [
 ];
 
 /// The same for liquids.
-const SPH: [(&str, &str, &str, &str); 20] = [
+const SPH: [(&str, &str, &str, &str); 24] = [
     ("sph/pack", "sph/pack", "< p);", "<= p);"),
     ("sph/pack", "sph/pack", "texel(was, 6u * p + 5u)", "texel(was, 6u * p + 4u)"),
     ("sph/search", "lib/sph_kernel", "0.25 * a * a * a - b * b * b", "0.25 * a * a * a - 0.999 * b * b * b"),
@@ -187,6 +187,10 @@ const SPH: [(&str, &str, &str, &str); 20] = [
     ("sph/surround", "lib/wall", "min(across, 0.0)", "across"),
     ("sph/surround", "lib/sph_kernel", "b4 * (0.5 - 0.4 * b)", "b4 * (0.5 - 0.39 * b)"),
     ("sph/surround", "sph/surround", "(s3 * s3 * fill - 1.0", "(s3 * s3 - 1.0"),
+    ("sph/cohesion", "lib/sph_kernel", "- 6.0 * max", "- 5.99 * max"),
+    ("sph/cohesion", "sph/cohesion", "2.0 * cube - 1.0", "2.0 * cube"),
+    ("sph/cohesion", "sph/cohesion", "- other.tension * other.slope", "- own.tension * other.slope"),
+    ("sph/cohesion", "sph/cohesion", "(along - across) * dot(e, step)", "along * dot(e, step)"),
     ("sph/force", "lib/sph_kernel", "1.0200698", "1.0201698"),
     ("sph/force", "sph/force", "(here.w + there.w)", "2.0 * here.w"),
     ("sph/force", "sph/force", "g * other.w", "g * flow.w"),

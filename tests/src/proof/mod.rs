@@ -61,6 +61,7 @@ pub static CASES: &[&Case] = &[
     &points::unproject::CASE,
     &source::recycle::CASE,
     &sph::advance::CASE,
+    &sph::cohesion::CASE,
     &sph::force::CASE,
     &sph::judge::CASE,
     &sph::pack::CASE,
