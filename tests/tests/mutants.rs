@@ -50,7 +50,7 @@ const MUTANTS: [(&str, &str, &str, &str); 35] = [
 ];
 
 /// The same for what acts on bodies from outside.
-const EFFECTS: [(&str, &str, &str, &str); 22] = [
+const EFFECTS: [(&str, &str, &str, &str); 23] = [
     ("mpm/p2g", "field/vortex", "exp(-r / f.p1)", "exp(-r * r / f.p1)"),
     ("mpm/p2g", "field/vortex", "cross(f.a.xyz, x - f.b.xyz)", "cross(x - f.b.xyz, f.a.xyz)"),
     ("mpm/p2g", "field/vortex", "1.0, f.p2 == 0.0", "0.0, f.p2 == 0.0"),
@@ -72,6 +72,7 @@ const EFFECTS: [(&str, &str, &str, &str); 22] = [
     ("source/recycle", "source/recycle", "all(x >= low) && all(x <= high)", "all(x >= low)"),
     ("source/recycle", "source/recycle", "(tag & (PINNED | QUARANTINED)) != 0u", "(tag & PINNED) != 0u"),
     ("source/recycle", "source/recycle", "turns.d[p] = turn + 1u;", ""),
+    ("source/recycle", "source/recycle", "tag | DORMANT | QUARANTINED", "tag | QUARANTINED"),
     ("source/recycle", "source/recycle", "/ 16777216.0", "/ 33554432.0"),
 ];
 
@@ -176,7 +177,7 @@ const LATENT: [(&str, &str, &str, &str); 30] = [
 ];
 
 /// The same for liquids.
-const SPH: [(&str, &str, &str, &str); 24] = [
+const SPH: [(&str, &str, &str, &str); 25] = [
     ("sph/pack", "sph/pack", "< p);", "<= p);"),
     ("sph/pack", "sph/pack", "texel(was, 6u * p + 5u)", "texel(was, 6u * p + 4u)"),
     ("sph/search", "lib/sph_kernel", "0.25 * a * a * a - b * b * b", "0.25 * a * a * a - 0.999 * b * b * b"),
@@ -200,6 +201,7 @@ const SPH: [(&str, &str, &str, &str); 24] = [
     ("sph/relax", "sph/relax", "a - texel(pushes, j).xyz", "a + texel(pushes, j).xyz"),
     ("sph/judge", "sph/judge", "solve.iterations >= rule.least && ", ""),
     ("sph/advance", "sph/advance", "min(1.0, most", "min(2.0, most"),
+    ("sph/advance", "sph/advance", "{ tag &= ~LED; }", "{}"),
     ("sph/advance", "sph/advance", "h_of() / dt", "0.9 * h_of() / dt"),
 ];
 
