@@ -227,7 +227,6 @@ pub fn recycle(object: &Object, seed: u64, index: u32) -> Option<kernels::Return
         source_min: vec4(to.min),
         source_max: vec4(to.max),
         velocity: vec4(object.velocity),
-        ..Default::default()
     })
 }
 

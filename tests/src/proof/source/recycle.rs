@@ -33,7 +33,6 @@ fn returns() -> Vec<Return> {
         source_max: [0.5, 0.1 * i as f32, 0.4, 0.0],
         velocity: [0.5, -0.25, i as f32, 0.0],
         drains: u32::from(i == 4),
-        ..Default::default()
     };
     (0..body_count()).map(each).collect()
 }
