@@ -57,6 +57,7 @@ pub(crate) fn check(scene: &Scene, bodies: &[Body], object_of: &[usize], domain:
             return Err(problem(format!("object[{index}].recycle.region"), message).help("enlarge simulation.domain"));
         }
         if let Some(r) = &body.recycle
+            && r.drains == 0
             && (0..3).any(|a| r.source_min[a] < domain.0[a] || r.source_max[a] > domain.1[a])
         {
             let message = "particles would start anew outside the grid's domain";

@@ -108,7 +108,7 @@ const SOFT: f32 = 0.05;
 /// What a user should know of the steps: that the paper's are not stable here, and what makes a stiff solid cheaper.
 pub fn step_notes(world: &World, fps: f32) -> Vec<String> {
     if world.is_fluid() {
-        return fluid::viscosity_note(world).into_iter().filter(|_| world.force_dt.is_none()).collect();
+        return fluid::step_notes(world);
     }
     let mut notes = Vec::new();
     let Some(fastest) = world.bodies.iter().max_by(|a, b| a.step_speed(world.dx).total_cmp(&b.step_speed(world.dx)))

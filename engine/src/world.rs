@@ -66,6 +66,11 @@ impl World {
         self.bodies.iter().any(|b| matches!(b.material, Material::Sph { .. }))
     }
 
+    /// Whether any of them has surface tension.
+    pub fn is_tense(&self) -> bool {
+        self.bodies.iter().any(|b| b.surface_tension() > 0.0)
+    }
+
     /// Side of the cells that particles are sorted into [m].
     pub fn cell(&self) -> f32 {
         if self.is_fluid() { 2.0 * self.fluid.particle_size } else { self.dx }
@@ -173,6 +178,11 @@ impl Body {
         kernels::Body { material, fields: self.fields, mu, lambda, p, gravity, wave }
     }
 
+    /// Its surface tension [N/m].
+    pub fn surface_tension(&self) -> f32 {
+        if let Material::Sph { surface_tension, .. } = self.material { surface_tension } else { 0.0 }
+    }
+
     /// Speed of the fastest wave at rest, c = sqrt((λ + 2μ)/ρ) [m/s].
     pub fn wave_speed(&self) -> f32 {
         let law = self.material.law();
@@ -208,16 +218,17 @@ pub fn recycle(object: &Object, seed: u64, index: u32) -> Option<kernels::Return
     let recycle = object.recycle?;
     let liquid = matches!(object.material, Some(Material::Liquid { .. }));
     let (region, region_min, region_max) = region(recycle.region);
+    let to = recycle.to.unwrap_or_default();
     Some(kernels::Return {
         region,
         region_min,
         region_max,
         solid: if liquid { 0.0 } else { 1.0 },
         stream: (seed as u32) ^ ((seed >> 32) as u32).rotate_left(16) ^ index.rotate_left(24),
-        source_min: vec4(recycle.to.min),
-        source_max: vec4(recycle.to.max),
+        drains: u32::from(recycle.to.is_none()),
+        source_min: vec4(to.min),
+        source_max: vec4(to.max),
         velocity: vec4(object.velocity),
-        ..Default::default()
     })
 }
 

@@ -20,7 +20,7 @@ pub fn lattice(h: f64, low: [f64; 3], high: [f64; 3]) -> Vec<[f32; 3]> {
 pub fn liquid(density: f32, viscosity: f32, h: f64, positions: Vec<[f32; 3]>) -> Body {
     Body {
         name: "liquid".into(),
-        material: Material::Sph { viscosity },
+        material: Material::Sph { viscosity, surface_tension: 0.0 },
         density,
         velocities: vec![[0.0; 3]; positions.len()],
         pinned: vec![],

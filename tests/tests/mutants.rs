@@ -60,7 +60,7 @@ const MUTANTS: [(&str, &str, &str, &str); 45] = [
 ];
 
 /// The same for what acts on bodies from outside.
-const EFFECTS: [(&str, &str, &str, &str); 22] = [
+const EFFECTS: [(&str, &str, &str, &str); 23] = [
     ("mpm/p2g", "field/vortex", "exp(-r / f.p1)", "exp(-r * r / f.p1)"),
     ("mpm/p2g", "field/vortex", "cross(f.a.xyz, x - f.b.xyz)", "cross(x - f.b.xyz, f.a.xyz)"),
     ("mpm/p2g", "field/vortex", "1.0, f.p2 == 0.0", "0.0, f.p2 == 0.0"),
@@ -82,6 +82,7 @@ const EFFECTS: [(&str, &str, &str, &str); 22] = [
     ("source/recycle", "source/recycle", "all(x >= low) && all(x <= high)", "all(x >= low)"),
     ("source/recycle", "source/recycle", "(tag & (PINNED | QUARANTINED)) != 0u", "(tag & PINNED) != 0u"),
     ("source/recycle", "source/recycle", "turns.d[p] = turn + 1u;", ""),
+    ("source/recycle", "source/recycle", "tag | DORMANT | QUARANTINED", "tag | QUARANTINED"),
     ("source/recycle", "source/recycle", "/ 16777216.0", "/ 33554432.0"),
 ];
 
@@ -219,7 +220,7 @@ const LATENT: [(&str, &str, &str, &str); 30] = [
 ];
 
 /// The same for liquids.
-const SPH: [(&str, &str, &str, &str); 31] = [
+const SPH: [(&str, &str, &str, &str); 36] = [
     ("sph/pack", "sph/pack", "< p);", "<= p);"),
     ("sph/pack", "sph/pack", "texel(was, 6u * p + 5u)", "texel(was, 6u * p + 4u)"),
     ("sph/pack", "lib/spot", "(q.y & 0x7ffu) << 10u", "(q.y & 0x7ffu) << 11u"),
@@ -235,6 +236,10 @@ const SPH: [(&str, &str, &str, &str); 31] = [
     ("sph/surround", "lib/wall", "min(across, 0.0)", "across"),
     ("sph/surround", "lib/sph_kernel", "b4 * (0.5 - 0.4 * b)", "b4 * (0.5 - 0.39 * b)"),
     ("sph/surround", "sph/surround", "(s3 * s3 * fill - 1.0", "(s3 * s3 - 1.0"),
+    ("sph/cohesion", "lib/sph_kernel", "- 6.0 * max", "- 5.99 * max"),
+    ("sph/cohesion", "sph/cohesion", "2.0 * cube - 1.0", "2.0 * cube"),
+    ("sph/cohesion", "sph/cohesion", "- other.tension * other.slope", "- own.tension * other.slope"),
+    ("sph/cohesion", "sph/cohesion", "(along - across) * dot(e, step)", "along * dot(e, step)"),
     ("sph/force", "lib/sph_kernel", "1.0200698", "1.0201698"),
     ("sph/force", "sph/force", "(here.w + there.w)", "2.0 * here.w"),
     ("sph/force", "lib/sph", "2.0 * a * b", "a * b"),
@@ -250,6 +255,7 @@ const SPH: [(&str, &str, &str, &str); 31] = [
     ("sph/relax", "sph/relax", "a - texel(pushes, j).xyz", "a + texel(pushes, j).xyz"),
     ("sph/judge", "sph/judge", "solve.iterations >= rule.least && ", ""),
     ("sph/advance", "sph/advance", "min(1.0, most", "min(2.0, most"),
+    ("sph/advance", "sph/advance", "{ tag &= ~LED; }", "{}"),
     ("sph/advance", "sph/advance", "h_of() / dt", "0.9 * h_of() / dt"),
 ];
 

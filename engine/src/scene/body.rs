@@ -95,8 +95,10 @@ pub struct Emitter {
 pub struct Recycle {
     /// What they must reach; a cell thick at the least, so that none passes it in a substep.
     pub region: FieldRegion,
-    /// Box of the source, apart from the region; each comes to a random place in it, the same on every run.
-    pub to: Domain,
+    /// Box of the source, apart from the region; each comes to a random place in it, the same on every run. Absent for a
+    /// liquid of SPH, whose particles wait for its emitter to send them again.
+    #[serde(default)]
+    pub to: Option<Domain>,
 }
 
 /// Geometry of a body.

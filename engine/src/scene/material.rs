@@ -120,6 +120,10 @@ pub enum Material {
         #[serde(default = "kinematic")]
         #[schemars(range(min = 0.0))]
         viscosity: f32,
+        /// Surface tension [N/m] (water 0.072); its steps grow shorter with the particles' size^1.5.
+        #[serde(default)]
+        #[schemars(range(min = 0.0))]
+        surface_tension: f32,
     },
 }
 
@@ -176,9 +180,10 @@ impl Material {
                 own: [exponent, viscosity, 0.0, 0.0],
                 viscosity,
             },
-            // Its solver asks for nothing but the viscosity [m²/s].
-            Material::Sph { viscosity } => {
-                Law { material: 0, mu: viscosity, lambda: 0.0, own: [0.0; 4], viscosity: 0.0 }
+            // Its solver asks for nothing but the viscosity [m²/s] and the tension [N/m].
+            Material::Sph { viscosity, surface_tension } => {
+                let own = [surface_tension, 0.0, 0.0, 0.0];
+                Law { material: 0, mu: viscosity, lambda: 0.0, own, viscosity: 0.0 }
             }
         }
     }

@@ -245,7 +245,7 @@ pub enum Viscosity {
 }
 
 /// An axis-aligned box [m].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Domain {
     /// Lowest corner [m].

@@ -186,7 +186,6 @@ impl Rules<'_> {
             let message = "only an object with a material that is not seen in the photograph can be emitted";
             self.report(Kind::Conflict, key, message, "give it a material, or remove this key");
         }
-        self.no_sph(key, object, "emitted");
         if object.velocity == [0.0; 3] {
             let message = "without a velocity of the object nothing leaves it";
             self.report(Kind::Conflict, key, message, "give the object a `velocity`");
@@ -197,22 +196,19 @@ impl Rules<'_> {
         }
     }
 
-    /// SPH has no pool of particles that are not there.
-    fn no_sph(&mut self, key: &str, object: &Object, what: &str) {
-        if matches!(object.material, Some(Material::Sph { .. })) {
-            let message = format!("a liquid of SPH cannot be {what} yet");
-            self.report(Kind::Conflict, key, message, "take `material.liquid`, or remove this key");
-        }
-    }
-
     fn recycle(&mut self, object_key: &str, object: &Object, recycle: &Recycle) {
         let key = format!("{object_key}.recycle");
         if object.material.is_none() || matches!(object.source, Source::Mask { .. }) {
             let message = "only an object with a material that is not seen in the photograph can start anew";
             self.report(Kind::Conflict, key.clone(), message, "give it a material, or remove this key");
         }
-        self.no_sph(&key, object, "recycled");
-        let Domain { min, max } = recycle.to;
+        if matches!(object.material, Some(Material::Sph { .. })) {
+            return self.drain(&key, object, recycle);
+        }
+        let Some(Domain { min, max }) = recycle.to else {
+            let message = "without `to` its particles have no place to start anew at";
+            return self.report(Kind::Conflict, key, message, "give the box of their source");
+        };
         self.ordered(&format!("{key}.to"), &min, &max);
         let apart = match recycle.region {
             FieldRegion::Box { min: low, max: high } => {
@@ -228,6 +224,25 @@ impl Rules<'_> {
             let message = "the source reaches into the region, so particles would start anew for ever";
             self.report(Kind::Conflict, format!("{key}.to"), message, "move them apart");
         }
+    }
+
+    /// Particles of SPH would meet others at random places: they start anew out of an emitter.
+    fn drain(&mut self, key: &str, object: &Object, recycle: &Recycle) {
+        if let FieldRegion::Box { min, max } = recycle.region {
+            self.ordered(&format!("{key}.region.box"), &min, &max);
+        }
+        if recycle.to.is_some() {
+            let message = "a liquid of SPH starts anew out of its emitter, not at random places";
+            self.report(Kind::Conflict, format!("{key}.to"), message, "remove this key");
+        }
+        let (message, help) = match object.emitter {
+            None => ("a liquid of SPH needs an emitter to start anew", "give it an `emitter`"),
+            Some(Emitter { lifetime: Some(_), .. }) => {
+                ("particles that have a lifetime are not drained", "remove `emitter.lifetime`, or this key")
+            }
+            Some(_) => return,
+        };
+        self.report(Kind::Conflict, key, message, help);
     }
 
     fn shape(&mut self, key: &str, shape: &Shape) {

@@ -62,12 +62,13 @@ mod tests {
     use crate::scene::parse;
 
     /// Keys that may be absent and then mean "not there" or "chosen from the rest", so they have no default value.
-    const OPTIONAL: [&str; 37] = [
+    const OPTIONAL: [&str; 38] = [
         "error_budget",
         "emitter",
         "rate",
         "lifetime",
         "recycle",
+        "to",
         "gravity",
         "photo",
         "camera",

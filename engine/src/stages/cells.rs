@@ -63,6 +63,15 @@ pub fn grid(domain: ([f32; 3], [f32; 3]), dx: f32) -> Grid {
     grid
 }
 
+/// The groups of 64 that hold any of the particles in `ranges`, ascending.
+pub fn groups(ranges: impl Iterator<Item = std::ops::Range<u64>>) -> Vec<u32> {
+    let mut all: Vec<u32> =
+        ranges.filter(|r| !r.is_empty()).flat_map(|r| (r.start / 64) as u32..=((r.end - 1) / 64) as u32).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
 impl Cells {
     /// Bytes that [`Cells::new`] allocates for `particles`.
     pub fn bytes(grid: &Grid, particles: u64, capacity: u32, rows: u32) -> u64 {
@@ -199,3 +208,14 @@ pub fn touched(grid: &Grid, positions: impl Iterator<Item = [f32; 3]>) -> (u64, 
 }
 
 pub use kernels::Live as Counters;
+
+#[cfg(test)]
+mod tests {
+    use super::groups;
+
+    #[test]
+    fn a_group_is_named_once_however_many_ranges_touch_it() {
+        assert_eq!(groups([0..1, 10..64, 64..65, 200..200, 300..449].into_iter()), [0, 1, 4, 5, 6, 7]);
+        assert!(groups(std::iter::once(5..5)).is_empty());
+    }
+}

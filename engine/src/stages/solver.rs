@@ -173,6 +173,8 @@ pub trait Solver {
 pub const PINNED: u32 = 0x4000_0000;
 /// Flag of a particle of a body at rest that is left out (`ASLEEP` in WGSL).
 pub const ASLEEP: u32 = 0x1000_0000;
+/// Flag of a particle of SPH that is still in its nozzle and moves as that says (`LED` in WGSL).
+pub const LED: u32 = 0x0400_0000;
 /// Flag of a particle that is not emitted yet, or no more (`DORMANT` in WGSL); comes with [`QUARANTINED`].
 pub const DORMANT: u32 = 0x0800_0000;
 /// Flag of a particle whose F is not that of its whole motion (`FLOWS` in WGSL).

@@ -22,6 +22,7 @@ struct Deformation {
 }
 
 const BODY_MASK: u32 = 0xffu;
+const LED: u32 = 0x04000000u;           // still in its nozzle, whatever pushes it (SPH)
 // Not emitted yet, or no more; set together with QUARANTINED, and not counted as lost.
 const DORMANT: u32 = 0x08000000u;
 const ASLEEP: u32 = 0x10000000u;        // of a body at rest, left out until something comes near

@@ -33,6 +33,11 @@ fn rub(q: f32) -> f32 {
 // Where a lattice ends, a layer that is missing takes so many times as much of that sum as of s.
 const SHEARED: f32 = 1.1414433;
 
+// h² V ∂²W/∂r² (q).
+fn spline_bend(q: f32) -> f32 {
+    return SPLINE * (1.5 * max(2.0 - q, 0.0) - 6.0 * max(1.0 - q, 0.0));
+}
+
 // A plane's share of the kernel's integral: ∫ V W over the plane at distance z, 0 ≤ z. Σ over planes one h apart is 1.
 fn layer(z: f32) -> f32 {
     let a = max(2.0 - z, 0.0);

@@ -1,6 +1,7 @@
 //! use lib/clock lib/hash lib/particle lib/texel
 // Particles inside the region of their body's return go back to its source, in the state of the start: undeformed, at the
-// body's velocity, at a random place of the source. Comes before the sort, which takes out what has left the grid.
+// body's velocity, at a random place of the source; or they are taken out, for an emitter to send them again. Comes before
+// the sort, which takes out what has left the grid.
 //! texels was: Particle
 //! texels returns: Return
 
@@ -9,7 +10,7 @@ struct Return {
     region: u32,        // 0: they do not, 1: from a box, 2: from a ball
     solid: f32,         // 1: F of the start is I; 0: that of a liquid, J alone
     stream: u32,        // chooses the random places
-    held: u32,          // not used
+    drains: u32,        // 1: they wait for their emitter instead
     region_min: vec4f,  // box corner, or centre of the ball
     region_max: vec4f,  // box corner, or radius in x
     source_min: vec4f,
@@ -46,6 +47,11 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     let boxed = all(x >= low) && all(x <= high);
     let round = distance(x, low) <= high.x;
     if (!select(round, boxed, kind.x == 1u)) { return; }
+    atomicAdd(&tally.recycled, 1u);
+    if (kind.w != 0u) {
+        particles.d[p].tag = tag | DORMANT | QUARANTINED;
+        return;
+    }
     let turn = turns.d[p];
     turns.d[p] = turn + 1u;
     let unit = vec3f(pcg4d(vec4u(p, turn, kind.z, 0u)).xyz >> vec3u(8u)) / 16777216.0;
@@ -57,5 +63,4 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     deformations.d[p].f0 = vec4f(1.0, 0.0, 0.0, deformations.d[p].f0.w);
     deformations.d[p].f1 = vec4f(0.0, solid, 0.0, 0.0);
     deformations.d[p].f2 = vec4f(0.0, 0.0, solid, 0.0);
-    atomicAdd(&tally.recycled, 1u);
 }

@@ -6,6 +6,10 @@
 //! texels locals: Local
 //! texels numbers: u32
 //! texels stirs: u32
+//! texels bodies: Body
+
+// A body has an emitter.
+override NOZZLES: bool = false;
 
 struct Vectors { d: array<vec4f> }
 @group(0) @binding(0) var points: texture_1d<u32>;
@@ -16,6 +20,8 @@ struct Vectors { d: array<vec4f> }
 @group(0) @binding(5) var<storage, read> live: Counts;
 @group(0) @binding(6) var<storage, read_write> clock: Clock;
 @group(0) @binding(7) var<storage, read_write> particles: Vectors;     // six a particle
+// Of a body with an emitter p.yzw is the velocity in its nozzle, λ that times the place where it ends [m²/s].
+@group(0) @binding(8) var bodies: texture_1d<u32>;
 var<immediate> grid: Grid;
 
 var<workgroup> fastest: atomic<u32>;
@@ -59,8 +65,14 @@ fn step(i: u32, dt: f32) {
         atomicAdd(&clock.clamped_velocity, 1u);
     }
     if ((own.tag & PINNED) != 0u) { v = vec3f(0.0); }
+    var tag = own.tag;
+    if (NOZZLES && (tag & LED) != 0u) {
+        let at = 3u * (tag & BODY_MASK);
+        let led = texel(bodies, at + 1u).yzw;
+        if (dot(led, place.xyz) < texel(bodies, at).w) { v = led; } else { tag &= ~LED; }
+    }
     let to = 6u * number;
-    particles.d[to] = vec4f(place.xyz + dt * v, bitcast<f32>(own.tag));
+    particles.d[to] = vec4f(place.xyz + dt * v, bitcast<f32>(tag));
     particles.d[to + 1u] = vec4f(v, own.density * h_of() * h_of() * h_of());
     // What is left of a particle's six vectors keeps s, the pressure [Pa], and the parts to start from.
     particles.d[to + 5u] = vec4f(own.fill, pressure, place.w, stir);

@@ -11,6 +11,8 @@ pub const PINNED: u32 = 0x4000_0000;
 pub const QUARANTINED: u32 = 0x8000_0000;
 /// Of a body at rest that is left out.
 pub const ASLEEP: u32 = 0x1000_0000;
+/// Still in its nozzle.
+pub const LED: u32 = 0x0400_0000;
 /// Not emitted yet; comes with `QUARANTINED`.
 pub const DORMANT: u32 = 0x0800_0000;
 /// Of a material whose F is not that of its whole motion.

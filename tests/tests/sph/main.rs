@@ -2,6 +2,8 @@
 
 mod channel;
 mod dam;
+mod drop;
+mod emitter;
 mod guard;
 mod motion;
 mod spin;

@@ -24,6 +24,9 @@ impl Sph<'_> {
     /// Runs batches until the device says that `length` seconds have passed, or gives the attempt up.
     fn attempt(&mut self, length: f32, watch: bool) -> Result<Clock, GpuError> {
         self.begin(length, watch)?;
+        if let Some(recycling) = &self.recycling {
+            recycling.reset(self.gpu)?;
+        }
         self.prepare()?;
         loop {
             if let Some(batch) = &self.batch {
@@ -34,6 +37,24 @@ impl Sph<'_> {
                 return Ok(clock);
             }
         }
+    }
+
+    /// Lets the emitters' particles out; how many.
+    fn emit(&mut self, length: f32) -> Result<u32, GpuError> {
+        let (mut emitted, mut changed) = (0, false);
+        for emitter in &mut self.emitters {
+            let (came, any) = emitter.advance(self.gpu, self.particles, self.deformations, self.time, length.into())?;
+            emitted += came;
+            changed |= any;
+            // They are the first to move where all else rests, and the step is chosen before they do.
+            if came > 0 {
+                self.speed = self.speed.max(emitter.speed() + self.limits.speed);
+            }
+        }
+        if changed {
+            self.choose_groups()?;
+        }
+        Ok(emitted)
     }
 
     /// Advances by one frame of `length` seconds.
@@ -47,6 +68,12 @@ impl Sph<'_> {
     pub fn frame(&mut self, length: f32) -> Result<FrameStats, GpuError> {
         let mut stats = FrameStats::default();
         if self.count == 0 {
+            self.time += f64::from(length);
+            return Ok(stats);
+        }
+        stats.emitted = self.emit(length)?;
+        stats.groups = self.groups.len() as u32;
+        if self.groups.is_empty() {
             self.time += f64::from(length);
             return Ok(stats);
         }
@@ -97,6 +124,9 @@ impl Sph<'_> {
             stats.clamped_velocity = clock.clamped_velocity;
             stats.clamped_volume = clock.clamped_volume;
             stats.quarantined = clock.quarantined;
+            if let Some(recycling) = &self.recycling {
+                stats.recycled = recycling.recycled(self.gpu)?;
+            }
             stats.iterations = solve.all;
             stats.unsolved = solve.unsolved;
             if let Some(viscous) = &self.viscous {
@@ -117,6 +147,6 @@ impl Sph<'_> {
         self.batch = None;
         self.gpu.free_arena("grid");
         self.cells = Cells::new(self.gpu, grid, u64::from(self.count), slots, self.count.max(1))?;
-        Ok(())
+        self.choose_groups()
     }
 }

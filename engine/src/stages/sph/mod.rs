@@ -3,21 +3,24 @@
 //! device says that the frame is done.
 
 mod frame;
+mod hot;
 mod start;
 mod viscous;
 
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use physvideo_gpu::kernels::{
-    self, Clock, Colliders, Crowd, Deformation, Descent, Forces, Local, Particle, Solve, Sums, mpm, sph,
-};
+use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Descent, Forces, Particle, Solve, Sums, mpm, sph};
 use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Prepared, Recording};
 
-use self::start::{NEIGHBOURS, constants, initial_state, slots};
+use self::hot::Hot;
+use self::start::{constants, initial_state, slots};
 use self::viscous::{Step, Viscous};
 use super::cells::{self, Cells, PARTICLE_GROUPS};
+use super::emit::Emitter;
 use super::solver::{FrameStats, Measure, Solver};
+use super::source::Recycling;
 use crate::fluid::{Fluid, Limits, limits};
 use crate::scene::Pressure;
 use crate::world::World;
@@ -46,8 +49,16 @@ pub struct Sph<'gpu> {
     constants: Constants,
     fluid: Fluid,
     limits: Limits,
+    /// A body has surface tension.
+    tense: bool,
     force_dt: f32,
     courant: f32,
+    emitters: Vec<Emitter>,
+    recycling: Option<Recycling>,
+    /// The particles of each body in the buffer.
+    ranges: Vec<Range<u64>>,
+    /// Groups of 64 particles that steps work on: none that are not emitted yet.
+    groups: Vec<u32>,
     /// Frames since one was taken back.
     calm: u32,
     batch: Option<Prepared<'gpu>>,
@@ -58,70 +69,27 @@ pub struct Sph<'gpu> {
     count: u32,
 }
 
-/// What a step works with, in the order of the cells.
-#[derive(Clone, Copy, Debug)]
-struct Hot {
-    places: Buf<[f32; 4]>,
-    moves: Buf<[f32; 4]>,
-    warm: Buf<[f32; 4]>,
-    numbers: Buf<u32>,
-    spots: Buf<u32>,
-    lists: Buf<u32>,
-    found: Buf<u32>,
-    crowds: Buf<Crowd>,
-    locals: Buf<Local>,
-    points: Buf<[f32; 4]>,
-    flows: Buf<[f32; 4]>,
-    flown: Buf<[f32; 4]>,
-    pushes: Buf<[f32; 4]>,
-    wants: Buf<u32>,
-    stirs: Buf<u32>,
-    lasts: Buf<u32>,
-}
-
-impl Hot {
-    /// Bytes of each particle.
-    const BYTES: u64 = 7 * 16 + 6 * 4 + 4 * NEIGHBOURS + (size_of::<Crowd>() + size_of::<Local>()) as u64;
-
-    fn new(gpu: &Gpu, count: u64) -> Result<Self, GpuError> {
-        Ok(Self {
-            places: gpu.alloc("run", "sph/places", count)?,
-            moves: gpu.alloc("run", "sph/moves", count)?,
-            warm: gpu.alloc("run", "sph/warm", count)?,
-            numbers: gpu.alloc("run", "sph/numbers", count)?,
-            spots: gpu.alloc("run", "sph/spots", count)?,
-            lists: gpu.alloc("run", "sph/lists", NEIGHBOURS * count)?,
-            found: gpu.alloc("run", "sph/found", count)?,
-            crowds: gpu.alloc("run", "sph/crowds", count)?,
-            locals: gpu.alloc("run", "sph/locals", count)?,
-            points: gpu.alloc("run", "sph/points", count)?,
-            flows: gpu.alloc("run", "sph/flows", count)?,
-            flown: gpu.alloc("run", "sph/flown", count)?,
-            pushes: gpu.alloc("run", "sph/pushes", count)?,
-            wants: gpu.alloc("run", "sph/wants", count)?,
-            lasts: gpu.alloc("run", "sph/lasts", count)?,
-            stirs: gpu.upload("run", "sph/stirs", &vec![0; count as usize])?,
-        })
-    }
-}
-
 impl<'gpu> Sph<'gpu> {
     /// Uploads a world.
     ///
     /// # Errors
     /// The device's refusal of a buffer or a kernel.
     pub fn new(gpu: &'gpu Gpu, world: &World) -> Result<Self, GpuError> {
-        let (particles, deformations) = initial_state(world);
+        let (mut particles, deformations) = initial_state(world);
+        let emitters = Emitter::all(world, &mut particles, &deformations);
         let count = particles.len() as u64;
         let grid = cells::grid(world.domain, world.cell());
         let (forces, colliders) = (world.forces(), world.obstacles());
-        let bodies: Vec<_> = world.bodies.iter().map(|b| b.constants(world.gravity, world.dx)).collect();
-        Ok(Self {
+        let ends = world.bodies.iter().scan(0, |end, b| {
+            *end += b.positions.len() as u64;
+            Some(*end - b.positions.len() as u64..*end)
+        });
+        let mut sph = Self {
             gpu,
             particles: gpu.upload("run", "sph/particles", &particles)?,
             deformations: gpu.upload("run", "sph/deformations", &deformations)?,
             saved: gpu.alloc("run", "sph/saved", count)?,
-            bodies: gpu.upload("run", "sph/bodies", &bodies)?,
+            bodies: gpu.upload("run", "sph/bodies", &start::bodies(world))?,
             forces: gpu.upload("run", "sph/forces", &[forces])?,
             clock: gpu.alloc("run", "sph/clock", 1)?,
             colliders: gpu.upload("run", "sph/colliders", &[colliders])?,
@@ -133,8 +101,13 @@ impl<'gpu> Sph<'gpu> {
             constants: constants(world),
             fluid: world.fluid,
             limits: limits(world),
+            tense: world.is_tense(),
             force_dt: world.force_dt.unwrap_or(0.0),
             courant: limits(world).courant,
+            emitters,
+            recycling: Recycling::new(gpu, world)?,
+            ranges: ends.collect(),
+            groups: Vec::new(),
             calm: 0,
             batch: None,
             time: 0.0,
@@ -142,7 +115,20 @@ impl<'gpu> Sph<'gpu> {
             stop: None,
             guarded: world.force_dt.is_none(),
             count: count as u32,
-        })
+        };
+        sph.choose_groups()?;
+        Ok(sph)
+    }
+
+    /// Tells the sort which groups hold anything.
+    fn choose_groups(&mut self) -> Result<(), GpuError> {
+        let bodies = self.ranges.iter().enumerate();
+        let there = bodies.flat_map(|(i, all)| match self.emitters.iter().find(|e| e.body == i) {
+            Some(emitter) => emitter.out(),
+            None => vec![all.clone()],
+        });
+        self.groups = cells::groups(there);
+        self.cells.sort_only(self.gpu, &self.groups)
     }
 
     /// Bytes that [`Sph::new`] will allocate.
@@ -151,7 +137,8 @@ impl<'gpu> Sph<'gpu> {
         let grid = cells::grid(world.domain, world.cell());
         let each = (2 * size_of::<Particle>() + size_of::<Deformation>() + 1) as u64 + Hot::BYTES;
         let each = each + if limits(world).implicit { Viscous::BYTES } else { 0 };
-        each * particles + Cells::bytes(&grid, particles, slots(world, &grid), particles.max(1) as u32)
+        let sort = Cells::bytes(&grid, particles, slots(world, &grid), particles.max(1) as u32);
+        each * particles + sort + Recycling::bytes(world)
     }
 
     /// One step: sort, neighbours, surroundings; forces and, in DFSPH, both solves; new places.
@@ -162,6 +149,9 @@ impl<'gpu> Sph<'gpu> {
         let (each, counters) = (self.groups(), live.cast());
         self.cells.record_clear(rec, k);
         rec.call(&mpm::Clock { clock, live }, k, Groups::Direct([1, 1, 1]));
+        if let Some(recycling) = &self.recycling {
+            recycling.record(rec, k, particles, self.deformations, clock, self.cells.awake);
+        }
         self.cells.record_sort(rec, k, particles, clock);
         let Hot {
             places, moves, warm, numbers, spots, lists, found, crowds, locals, points, flows, flown, stirs, ..
@@ -205,6 +195,21 @@ impl<'gpu> Sph<'gpu> {
             immediates,
         };
         rec.call(&surround, k, each);
+        if self.tense {
+            let cohesion = sph::Cohesion {
+                places,
+                moves,
+                lists,
+                crowds,
+                bodies,
+                around: locals,
+                live: counters,
+                clock,
+                locals,
+                immediates,
+            };
+            rec.call(&cohesion, k, each);
+        }
         let solved = self.fluid.pressure == Pressure::Dfsph;
         if solved {
             self.record_solve(rec, true);
@@ -232,6 +237,7 @@ impl<'gpu> Sph<'gpu> {
                 live: counters,
                 clock,
                 particles,
+                bodies,
                 immediates,
             },
             k,
@@ -324,7 +330,8 @@ impl<'gpu> Sph<'gpu> {
             force_dt: self.force_dt,
             speed_bits: self.speed.to_bits(),
             particles: self.count,
-            particle_groups: [self.count.div_ceil(64), 1, 1],
+            particle_groups: [self.groups.len() as u32, 1, 1],
+            idle_groups: self.count.div_ceil(64) - self.groups.len() as u32,
             ..Default::default()
         };
         self.gpu.write(self.solve, 0, &[Solve::default()])?;

@@ -24,7 +24,11 @@ pub(super) fn slots(world: &World, grid: &kernels::Grid) -> u32 {
 pub(super) fn constants(world: &World) -> Constants {
     let solved = f64::from(u8::from(world.fluid.pressure == Pressure::Dfsph));
     let implicit = f64::from(u8::from(limits(world).implicit));
-    let method = Constants::none().with("INCOMPRESSIBLE", solved).with("IMPLICIT", implicit);
+    let nozzles = f64::from(u8::from(world.bodies.iter().any(|b| b.emission.is_some())));
+    let method = Constants::none()
+        .with("INCOMPRESSIBLE", solved)
+        .with("IMPLICIT", implicit)
+        .with("NOZZLES", nozzles);
     kernels::MEMBERS.iter().fold(method, |all, member| {
         let used = match member.family {
             "material" => false,
@@ -33,6 +37,20 @@ pub(super) fn constants(world: &World) -> Constants {
         };
         all.with(member.flag, f64::from(u8::from(used)))
     })
+}
+
+/// The bodies as the kernels see them; that of an emitter says where its nozzle ends and how fast it blows.
+pub(super) fn bodies(world: &World) -> Vec<kernels::Body> {
+    let each = |b: &crate::world::Body| {
+        let mut body = b.constants(world.gravity, world.dx);
+        if let (Some(_), Some(v), Some(front)) = (&b.emission, b.velocities.first(), b.positions.first()) {
+            body.p[1..].copy_from_slice(v);
+            // All of them stand at the nozzle's end.
+            body.lambda = v.iter().zip(front).map(|(v, x)| v * x).sum();
+        }
+        body
+    };
+    world.bodies.iter().map(each).collect()
 }
 
 /// Largest speed at the start [m/s].

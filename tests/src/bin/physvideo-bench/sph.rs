@@ -24,7 +24,7 @@ fn dam(side: usize, pressure: Pressure) -> World {
         .collect();
     let body = Body {
         name: "water".into(),
-        material: Material::Sph { viscosity: 5e-3 },
+        material: Material::Sph { viscosity: 5e-3, surface_tension: 0.0 },
         density: 1000.0,
         velocities: vec![[0.0; 3]; positions.len()],
         pinned: vec![],

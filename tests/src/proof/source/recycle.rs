@@ -1,8 +1,8 @@
-//! Proof of `source/recycle`: what is inside the region starts anew somewhere in the source; all else keeps its bits.
+//! Proof of `source/recycle`: what is inside the region starts anew somewhere in the source, or is taken out; all else keeps its bits.
 
 use physvideo_gpu::kernels::{Clock, Deformation, Particle, Return};
 
-use crate::proof::cloud::{Cloud, PINNED, QUARANTINED, body_count};
+use crate::proof::cloud::{Cloud, DORMANT, PINNED, QUARANTINED, body_count};
 use crate::proof::lattice::{awake, busy};
 use crate::proof::mpm::{Vec3, vec3};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
@@ -32,7 +32,7 @@ fn returns() -> Vec<Return> {
         source_min: [0.1, -0.2, 0.3, 0.0],
         source_max: [0.5, 0.1 * i as f32, 0.4, 0.0],
         velocity: [0.5, -0.25, i as f32, 0.0],
-        ..Default::default()
+        drains: u32::from(i == 4),
     };
     (0..body_count()).map(each).collect()
 }
@@ -76,7 +76,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let (before, after): (Vec<Particle>, Vec<Particle>) = (input.get("particles"), out.get("particles"));
     let (was, now): (Vec<Deformation>, Vec<Deformation>) = (input.get("deformations"), out.get("deformations"));
     let (turns, returns): (Vec<u32>, Vec<Return>) = (input.get("turns"), input.get("returns"));
-    let (mut kept, mut fresh, mut boxed, mut total) = (true, true, true, 3);
+    let (mut kept, mut fresh, mut boxed, mut drained, mut total) = (true, true, true, true, 3);
     let awake: Vec<u32> = input.get("awake");
     let mut want_turns = turns.clone();
     let mut places = Vec::new();
@@ -90,6 +90,10 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             continue;
         }
         total += 1;
+        if to.drains != 0 {
+            drained &= *q == Particle { tag: p.tag | DORMANT | QUARANTINED, ..*p } && now[i] == was[i];
+            continue;
+        }
         want_turns[i] += 1;
         let (low, high) = (vec3(&to.source_min), vec3(&to.source_max));
         let place = (vec3(&q.x) - low).component_div(&(high - low));
@@ -104,6 +108,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         Compared::fact("all others keep their bits", kept),
         Compared::fact("the state of the start", fresh),
         Compared::fact("inside the source", boxed),
+        Compared::fact("what drains is taken out, and only that", drained),
         Compared::equal("turns", &out.get::<u32>("turns"), &want_turns),
         Compared::equal("tally", &out.get::<u32>("tally"), &[total]),
     ];

@@ -1,9 +1,9 @@
 //! Proof of `sph/advance`: Coulomb's friction, the speed limit h/dt, x + dt v, by the particles' numbers.
 
-use physvideo_gpu::kernels::{Clock, Counts, Local};
+use physvideo_gpu::kernels::{Body, Clock, Counts, Local};
 
 use super::{Liquid, h, vec3};
-use crate::proof::cloud::PINNED;
+use crate::proof::cloud::{LED, PINNED};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 
 pub static CASE: Case = Case {
@@ -30,7 +30,18 @@ fn inputs(ask: Ask) -> Call {
     let mut numbers: Vec<u32> = (0..n as u32).collect();
     liquid.random.shuffle(&mut numbers);
     let stirs: Vec<f32> = (0..n).map(|_| liquid.random.range(0.0, 1e3)).collect();
-    let locals = liquid.locals();
+    let mut locals = liquid.locals();
+    for own in &mut locals {
+        own.tag |= if liquid.random.chance(0.5) { LED } else { 0 };
+    }
+    // Clear of the nozzles' ends, where rounding decides.
+    let ended = |own: &Local, x: &[f32; 4]| {
+        let body = bodies()[(own.tag & 0xff) as usize];
+        (vec3(&body.p[1..]).dot(&vec3(x)) - f64::from(body.lambda)).abs() < 1e-5
+    };
+    for (own, x) in locals.iter_mut().zip(&points) {
+        own.tag &= if ended(own, x) { !LED } else { u32::MAX };
+    }
     liquid
         .call()
         .with("points", &points)
@@ -39,6 +50,14 @@ fn inputs(ask: Ask) -> Call {
         .with("numbers", &numbers)
         .with("stirs", &stirs)
         .with("particles", &vec![[5.0f32; 4]; 6 * n])
+        .with("bodies", &bodies())
+        .constant("NOZZLES", (ask.seed % 2) as f64)
+}
+
+/// Three bodies, of which the last has no nozzle.
+fn bodies() -> Vec<Body> {
+    let nozzle = |v: [f32; 3], lambda| Body { p: [9.0, v[0], v[1], v[2]], lambda, ..Default::default() };
+    vec![nozzle([1.0, -0.5, 2.0], 0.45), nozzle([0.0, 0.0, -1.5], -0.2), nozzle([0.0; 3], 0.0)]
 }
 
 fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
@@ -48,6 +67,8 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let (points, flows): (Vec<[f32; 4]>, Vec<[f32; 4]>) = (b.get("points"), b.get("flows"));
     let (locals, numbers): (Vec<Local>, Vec<u32>) = (b.get("locals"), b.get("numbers"));
     let stirs: Vec<f32> = b.get("stirs");
+    let nozzles = call.constants == physvideo_gpu::Constants::none().with("NOZZLES", 1.0);
+    let all: Vec<Body> = b.get("bodies");
     let particles: Vec<[f32; 4]> = out.get("particles");
     let (mut got, mut want, mut scale) = (Vec::new(), Vec::new(), Vec::new());
     // Workgroups without particles report the speed of sound alone.
@@ -72,6 +93,15 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         if own.tag & PINNED != 0 {
             v *= 0.0;
         }
+        let mut tag = own.tag;
+        if nozzles && tag & LED != 0 {
+            let body = &all[(tag & 0xff) as usize];
+            if vec3(&body.p[1..]).dot(&vec3(&points[i])) < f64::from(body.lambda) {
+                v = vec3(&body.p[1..]);
+            } else {
+                tag &= !LED;
+            }
+        }
         fastest = fastest.max(v.norm() + f64::from(b.one::<Clock>("clock").wave_speed));
         let x = vec3(&points[i]) + v * dt;
         let p = &particles[6 * numbers[i] as usize..][..6];
@@ -81,7 +111,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         want.extend([fill, (found + stir) * fill * fill, found, stir, density * h().powi(3)]);
         scale.extend([0.3, 0.3, 0.3, size, size, size, fill, (found + stir) * fill * fill, found, stir]);
         scale.push(density * h().powi(3));
-        tags &= p[0][3].to_bits() == own.tag && (2..5).all(|k| p[k] == [5.0; 4]);
+        tags &= p[0][3].to_bits() == tag && (2..5).all(|k| p[k] == [5.0; 4]);
     }
     let clock: Clock = out.one("clock");
     vec![

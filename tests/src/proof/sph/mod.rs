@@ -1,6 +1,7 @@
 //! Proofs of `wgsl/sph`, and the equations their twins share, in f64. Written from the equations, not from the WGSL.
 
 pub mod advance;
+pub mod cohesion;
 pub mod density;
 pub mod descend;
 pub mod force;
@@ -71,6 +72,12 @@ pub fn weight(q: f64) -> f64 {
 /// h V ∂W/∂r (q).
 pub fn slope(q: f64) -> f64 {
     cubic(q).1 / lattice_sum(|r| cubic(r).0)
+}
+
+/// h² V ∂²W/∂r² (q).
+pub fn bend(q: f64) -> f64 {
+    let cubic = if q < 1.0 { 1.5 * (2.0 - q) - 6.0 * (1.0 - q) } else { 1.5 * (2.0 - q).max(0.0) };
+    cubic / lattice_sum(|r| self::cubic(r).0)
 }
 
 /// By how much a regular lattice's gradient of a linear field is too steep.
