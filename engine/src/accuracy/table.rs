@@ -82,8 +82,8 @@ impl Kind {
         }
     }
 
-    /// Its table. Snow has none, as more cells do not bring it nearer to a finer run; nor has WCSPH, whose finer runs take too
-    /// long for a table that is made in minutes.
+    /// Its table. Snow has none, as more cells do not bring it nearer to a finer run, nor foam, whose unseen blocks do not get
+    /// worse with fewer cells; nor WCSPH, whose finer runs take too long for a table that is made in minutes.
     pub fn table(self) -> Vec<Row> {
         let text = match self {
             Self::Held => include_str!("held.csv"),
@@ -92,8 +92,7 @@ impl Kind {
             Self::Sand => include_str!("sand.csv"),
             Self::Liquid => include_str!("liquid.csv"),
             Self::Dfsph => include_str!("dfsph.csv"),
-            Self::Foam => include_str!("foam.csv"),
-            Self::Snow | Self::Wcsph => "",
+            Self::Snow | Self::Foam | Self::Wcsph => "",
         };
         read(text)
     }

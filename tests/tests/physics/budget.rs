@@ -53,11 +53,11 @@ fn measured(gpu: &Gpu, kind: Kind, budget: f32, finer: u32) -> (f64, f64, f64) {
     found
 }
 
-/// Within twice of what was promised; three cells, of which no table speaks, are beyond the promise.
+/// No more than twice what was promised, and a quarter less than with three cells, of which no table speaks.
 fn kept(kind: Kind, budget: f32) {
     let (promised, error, coarse) = measured(&gpu(), kind, budget, 16);
     assert!(error < 2.0 * promised, "{kind:?}: {error}, promised {promised}");
-    assert!(coarse > promised, "{kind:?}: {coarse} with three cells");
+    assert!(coarse > 1.25 * error, "{kind:?}: {error}, {coarse} with three cells");
 }
 
 #[test]
@@ -68,11 +68,6 @@ fn a_budget_is_kept_on_an_unseen_block_that_bounces() {
 #[test]
 fn a_budget_is_kept_on_unseen_clay() {
     kept(Kind::Plastic, 0.2);
-}
-
-#[test]
-fn a_budget_is_kept_on_unseen_foam() {
-    kept(Kind::Foam, 0.4);
 }
 
 #[test]
@@ -92,8 +87,8 @@ fn a_budget_is_kept_on_an_unseen_liquid_of_sph() {
 
 /// What has no table gets no promise.
 #[test]
-fn snow_and_wcsph_are_refused() {
-    for kind in [Kind::Snow, Kind::Wcsph] {
+fn snow_foam_and_wcsph_are_refused() {
+    for kind in [Kind::Snow, Kind::Foam, Kind::Wcsph] {
         let refused = fit(&Block::unseen(kind).solid(), 0.5);
         assert!(matches!(refused, Err(Unfit::Unmeasured { kind: name, .. }) if name == kind.name()), "{refused:?}");
     }
