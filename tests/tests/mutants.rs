@@ -124,7 +124,7 @@ const POINTS: [(&str, &str, &str, &str); 23] = [
 ];
 
 /// The same for elastic bodies on grids of their own.
-const LAGRANGIAN: [(&str, &str, &str, &str); 35] = [
+const LAGRANGIAN: [(&str, &str, &str, &str); 36] = [
     ("lagrangian/contact", "lib/touch", "min(abs(s), 1.0)", "abs(s)"),
     ("lagrangian/force", "piola/corotated", "2.0 * b.mu) * e", "1.999 * b.mu) * e"),
     ("lagrangian/force", "piola/neo_hookean", "vec4f(LEAST_VOLUME));", "vec4f(0.06));"),
@@ -155,8 +155,9 @@ const LAGRANGIAN: [(&str, &str, &str, &str); 35] = [
     ("lagrangian/advance", "lagrangian/advance", "f -= gather(more.y)", "f += gather(more.y)"),
     ("lagrangian/advance", "lagrangian/advance", "from_row(b.y, 15u)", "from_row(b.y, 12u)"),
     ("lagrangian/advance", "lagrangian/advance", "first + below + at, row & 4u", "first + at, row & 4u"),
-    ("lagrangian/advance", "lagrangian/advance", "if (!finite(now)) {", "if (false) {"),
+    ("lagrangian/advance", "lagrangian/advance", "if (!finite(was + dt * now)) {", "if (false) {"),
     ("lagrangian/advance", "lagrangian/advance", "vec4f(-moved, 0.0)", "vec4f(moved, 0.0)"),
+    ("lagrangian/advance", "lagrangian/advance", "forced && speed > most", "forced && speed > 1.1 * most"),
     ("lagrangian/sample", "lib/reference", "WEIGHT.zyx, WEIGHT, upper.y", "WEIGHT, WEIGHT.zyx, upper.y"),
     ("lagrangian/sample", "lagrangian/sample", "transpose(gradient)", "gradient"),
     ("lagrangian/sample", "lagrangian/sample", "point == NOBODY", "false"),

@@ -2,7 +2,7 @@
 //! all of its materials in `physvideo-bench stress`.
 
 use physvideo_tests::device::gpu;
-use physvideo_tests::stress::{self, METHODS};
+use physvideo_tests::stress;
 
 /// Each case takes the next of its materials, so that all of them come by.
 #[test]
@@ -10,10 +10,11 @@ fn nothing_explodes() {
     let gpu = gpu();
     let mut wrong = Vec::new();
     for (i, case) in stress::all().into_iter().filter(|c| !c.large).enumerate() {
-        let material = case.materials[i % case.materials.len()];
-        for method in METHODS {
+        for method in case.solvers {
+            let materials = case.materials_of(method);
+            let material = materials[i % materials.len()];
             match stress::run(&gpu, case, material, method) {
-                Ok(row) => println!("{}, {material}: {}, {:?}", case.name, row.verdict.word(), row.counts),
+                Ok(row) => println!("{}, {material}, {method}: {}, {:?}", case.name, row.verdict.word(), row.counts),
                 Err(e) => wrong.push(e),
             }
         }
@@ -30,7 +31,8 @@ fn cases_have_names_and_materials() {
     assert_eq!(names.len(), stress::all().len(), "names are unique");
     for case in stress::all() {
         assert!(
-            !case.expect.is_empty() && case.materials.iter().all(|m| stress::MATERIALS.contains(m)),
+            case.solvers.iter().all(|s| !case.expected(s).is_empty() && !case.materials_of(s).is_empty())
+                && case.materials.iter().all(|m| stress::MATERIALS.contains(m)),
             "{}",
             case.name
         );

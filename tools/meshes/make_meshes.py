@@ -1,4 +1,4 @@
-"""Writes the meshes of the scenes: a sand castle, an apple, a gummy bear. Closed, faces outwards, z up, about 1 unit high.
+"""Writes the meshes of the scenes: a sand castle, an apple, a gummy bear, a plume of steam. Closed, faces outwards, z up, about 1 unit high.
 
   python3 make_meshes.py ../../assets/meshes      (needs numpy and scikit-image; see README.md)
 """
@@ -109,8 +109,31 @@ def bear(cells=24):
     return vertices - [0, 0, vertices[:, 2].min()], faces
 
 
+def plume(rings=40, sectors=32):
+    """Steam over a pot: a column that leans to and fro, wider with height, with puffs on all sides."""
+    turns = 2 * np.pi * np.arange(sectors) / sectors
+    vertices = [[0, 0, 0], [0, 0, 0]]
+    for z in np.linspace(0, 1, rings):
+        lean = 0.12 * z * np.array([np.sin(5.0 * z), np.cos(6.5 * z + 0.6)])
+        puffs = 1 + 0.28 * np.sin(3 * turns + 9 * z) * np.cos(13 * z) + 0.18 * np.sin(5 * turns - 17 * z)
+        cap = np.sqrt(max(1 - ((z - 0.9) / 0.1) ** 2, 0.02)) if z > 0.9 else 1
+        radius = (0.06 + 0.17 * z ** 1.3) * (1 + (puffs - 1) * min(1, 4 * z)) * cap
+        ring = lean[:, None] + radius * np.array([np.cos(turns), np.sin(turns)])
+        vertices += [[x, y, z] for x, y in ring.T]
+        vertices[1] = [*lean, z]
+    at = lambda ring, sector: 2 + ring * sectors + sector % sectors
+    faces = []
+    for s in range(sectors):
+        faces += [[0, at(0, s + 1), at(0, s)], [1, at(rings - 1, s), at(rings - 1, s + 1)]]
+        for ring in range(rings - 1):
+            a, b, c, d = at(ring, s), at(ring, s + 1), at(ring + 1, s), at(ring + 1, s + 1)
+            faces += [[a, b, d], [a, d, c]]
+    return vertices, faces
+
+
 if __name__ == "__main__":
     out = Path(sys.argv[1])
     write(out / "castle.obj", "A sand castle of side 1 around the z axis, standing on z = 0.", *castle())
     write(out / "apple.obj", "An apple of diameter 1 around the origin, stalk up.", *apple())
     write(out / "bear.obj", "A gummy bear of height 1 standing on z = 0, looking towards -y.", *bear())
+    write(out / "plume.obj", "Steam of height 1 that rises from z = 0 and spreads.", *plume())

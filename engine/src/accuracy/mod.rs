@@ -1,102 +1,123 @@
-//! How fine a grid an error that is asked for needs: a measured table of error against cells across a body and Courant
-//! number, and how thick bodies are. Knows neither solvers nor what a scene looks like.
+//! How fine a grid an error that is asked for needs: measured tables of error against cells across a body and Courant
+//! number, a table for each kind of body, and how thick bodies are. Knows neither solvers nor what a scene looks like.
 
+mod reach;
 mod size;
+mod table;
 
 use thiserror::Error;
 
 use crate::world::World;
 
 pub use self::size::size;
+pub use self::table::{Kind, Row};
 
-/// What `tools/bench wp budget` measured with 8 particles a cell.
-const ELASTIC: &str = include_str!("elastic.csv");
-
-/// A measured setting.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
-    /// Cells across a body's smallest size.
-    pub cells: f32,
-    /// Courant number.
-    pub courant: f32,
-    /// Error, relative: 0.01 is 1 %.
-    pub error: f32,
-}
-
-/// The table of elastic bodies: error of how far one bends under its own weight.
-pub fn elastic() -> Vec<Row> {
-    let row = |line: &str| {
-        let mut numbers = line.split(',').map(str::parse::<f32>);
-        Some(Row { cells: numbers.next()?.ok()?, courant: numbers.next()?.ok()?, error: numbers.next()?.ok()? })
-    };
-    ELASTIC.lines().filter_map(row).collect()
-}
-
-/// The cheapest setting whose error is small enough.
+/// The cheapest setting whose error is small enough for every body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
-    /// Its line of the table.
-    pub row: Row,
-    /// The thinnest body.
+    /// Cells, or particles of SPH, a metre.
+    pub density: f32,
+    /// Courant number.
+    pub courant: f32,
+    /// The largest error that its tables say, relative.
+    pub error: f32,
+    /// The body with that error.
     pub body: String,
+    /// What it is.
+    pub kind: Kind,
     /// Its size [m].
     pub size: f32,
-    /// Cells a metre.
-    pub grid_density: f32,
 }
 
 /// Why there is none.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum Unfit {
-    /// A material that was not measured.
-    #[error("no error is known of '{body}', which is {material}: only elastic and neo_hookean bodies were measured")]
+    /// A kind of body that has no table.
+    #[error("no error is known of '{body}', which is {kind}: nothing that was measured holds for others")]
     Unmeasured {
         /// Name of the body.
         body: String,
-        /// Its material.
-        material: &'static str,
+        /// Its kind.
+        kind: &'static str,
+    },
+    /// A body unlike those that were measured.
+    #[error("no error is known of '{body}': it {what}")]
+    Beyond {
+        /// Name of the body.
+        body: String,
+        /// What it is beyond.
+        what: String,
     },
     /// Less than any setting reaches.
     #[error(
-        "an error of {asked} is out of reach: the least that was measured is {least}, with {cells} cells across '{body}' \
-         ({size} m): simulation.grid_density = {grid_density:.0}"
+        "an error of {asked} is out of reach: the least that was measured is {least}, for '{body}' ({size} m) with {density:.0} \
+         cells a metre"
     )]
     OutOfReach {
         /// Error asked for.
         asked: f32,
         /// Least error.
         least: f32,
-        /// Its cells.
-        cells: f32,
-        /// The thinnest body.
+        /// The body that has it.
         body: String,
         /// Its size [m].
         size: f32,
         /// Its cells a metre.
-        grid_density: f32,
+        density: f32,
     },
 }
 
+/// A body and what was measured of its kind.
+struct Known<'a> {
+    name: &'a str,
+    kind: Kind,
+    size: f32,
+    table: Vec<Row>,
+}
+
+impl Known<'_> {
+    /// The error with so many cells a metre: that of the measured row with the most cells that are not more.
+    fn error(&self, density: f32, courant: f32) -> Option<f32> {
+        let cells = density * self.size * (1.0 + 1e-4);
+        let rows = self.table.iter().filter(|r| r.courant == courant && r.cells <= cells);
+        rows.max_by(|a, b| a.cells.total_cmp(&b.cells)).map(|r| r.error)
+    }
+}
+
 /// The cheapest setting for bodies of `world` whose error is at most `asked`; none where nothing is simulated. Work grows
-/// with the cells of a volume and the steps across a cell: cells⁴ over the Courant number.
+/// with the cells of a volume and the steps across a cell: density⁴ over the Courant number.
 ///
 /// # Errors
-/// A material that was not measured, or an error out of reach.
+/// A body that the tables know nothing of, or an error out of reach.
 pub fn fit(world: &World, asked: f32) -> Result<Option<Fit>, Unfit> {
-    if let Some(other) = world.bodies.iter().find(|b| !b.material.elastic()) {
-        return Err(Unfit::Unmeasured { body: other.name.clone(), material: other.material.name() });
-    }
-    let sizes = world.bodies.iter().map(|b| (size(&b.positions, b.particle_volume.cbrt()), b.name.clone()));
-    let Some((size, body)) = sizes.min_by(|a, b| a.0.total_cmp(&b.0)) else { return Ok(None) };
-    let table = elastic();
-    let work = |row: &Row| row.cells.powi(4) / row.courant;
-    let good = table.iter().filter(|r| r.error <= asked).min_by(|a, b| work(a).total_cmp(&work(b)));
-    match (good, table.iter().min_by(|a, b| a.error.total_cmp(&b.error))) {
-        (Some(row), _) => Ok(Some(Fit { row: *row, body, size, grid_density: row.cells / size })),
-        (None, best) => {
-            let (least, cells) = best.map_or((f32::INFINITY, 0.0), |r| (r.error, r.cells));
-            Err(Unfit::OutOfReach { asked, least, cells, body, size, grid_density: cells / size })
+    let mut bodies = Vec::new();
+    for body in world.bodies.iter().filter(|b| !b.positions.is_empty()) {
+        let kind = Kind::of(body, world);
+        let table = kind.table();
+        if table.is_empty() {
+            return Err(Unfit::Unmeasured { body: body.name.clone(), kind: kind.name() });
         }
+        bodies.push(Known { name: &body.name, kind, size: reach::reach(body, world, kind)?, table });
+    }
+    // Every setting at which some body's table has a row, with the body that is worst off.
+    let mut settings: Vec<Fit> = Vec::new();
+    for (known, row) in bodies.iter().flat_map(|b| b.table.iter().map(move |r| (b, r))) {
+        let (density, courant) = (row.cells / known.size, row.courant);
+        let errors: Option<Vec<f32>> = bodies.iter().map(|b| b.error(density, courant)).collect();
+        let worst = errors.iter().flatten().copied().zip(&bodies).max_by(|a, b| a.0.total_cmp(&b.0));
+        if let (Some(_), Some((error, b))) = (&errors, worst) {
+            settings.push(Fit { density, courant, error, body: b.name.into(), kind: b.kind, size: b.size });
+        }
+    }
+    let work = |f: &&Fit| f.density.powi(4) / f.courant;
+    let cheapest = settings.iter().filter(|f| f.error <= asked).min_by(|a, b| work(a).total_cmp(&work(b)));
+    match (cheapest, settings.iter().min_by(|a, b| a.error.total_cmp(&b.error))) {
+        (Some(fit), _) => Ok(Some(fit.clone())),
+        (None, Some(best)) => {
+            let Fit { error: least, ref body, size, density, .. } = *best;
+            Err(Unfit::OutOfReach { asked, least, body: body.clone(), size, density })
+        }
+        (None, None) => Ok(None),
     }
 }
 
@@ -106,8 +127,10 @@ mod tests {
     use crate::scene::Material;
     use crate::world::Body;
 
+    const JELLY: Material = Material::Elastic { young: 1e4, poisson: 0.0 };
+
     /// A bar of 20 × 4 × 4 particles, half a metre apart.
-    fn bar(material: Material) -> World {
+    pub(super) fn bar(material: Material) -> World {
         let at = |i: i32| [i % 20, i / 20 % 4, i / 80].map(|c| 0.5 * (c as f32 + 0.5));
         let positions: Vec<[f32; 3]> = (0..320).map(at).collect();
         let body = Body {
@@ -138,19 +161,24 @@ mod tests {
         }
     }
 
+    /// The bar, held at one end.
+    fn held() -> World {
+        let mut world = bar(JELLY);
+        world.bodies[0].pinned = vec![true; 10];
+        world
+    }
+
     #[test]
-    fn the_table_is_whole_and_more_work_buys_less_error() {
-        let table = elastic();
-        let lines = ELASTIC.lines().filter(|l| !l.starts_with('#')).count() - 1;
-        assert!(table.len() == lines && lines >= 12, "{table:?}");
-        let world = bar(Material::Elastic { young: 1e4, poisson: 0.0 });
+    fn more_work_buys_less_error() {
+        let world = held();
         let mut before = f32::MAX;
-        for asked in [0.01, 0.02, 0.04, 0.1] {
+        for asked in [0.02, 0.04, 0.1] {
             let found = fit(&world, asked).unwrap().unwrap();
-            assert!(found.row.error <= asked && table.contains(&found.row), "{found:?}");
+            assert!(found.error <= asked && found.kind == Kind::Held, "{found:?}");
             // Two metres thick.
-            assert!((found.grid_density * 2.0 - found.row.cells).abs() < 1e-4, "{found:?}");
-            let work = found.row.cells.powi(4) / found.row.courant;
+            let row = Row { cells: found.density * 2.0, courant: found.courant, error: found.error };
+            assert!(Kind::Held.table().contains(&row), "{found:?}");
+            let work = found.density.powi(4) / found.courant;
             assert!(work < before, "a larger error costs less: {found:?}");
             before = work;
         }
@@ -158,11 +186,30 @@ mod tests {
 
     #[test]
     fn what_is_not_known_is_refused() {
-        let steel = fit(&bar(Material::Elastic { young: 1e4, poisson: 0.0 }), 1e-6);
+        let steel = fit(&held(), 1e-6);
         assert!(matches!(steel, Err(Unfit::OutOfReach { least, .. }) if least < 0.02), "{steel:?}");
-        let sand = fit(&bar(Material::Sand { young: 1e5, poisson: 0.3, friction: 0.5 }), 0.1);
-        assert!(matches!(sand, Err(Unfit::Unmeasured { material: "sand", .. })), "{sand:?}");
-        let nothing = World { bodies: vec![], ..bar(Material::Elastic { young: 1.0, poisson: 0.0 }) };
+        let mut emitted = bar(JELLY);
+        emitted.bodies[0].recycle = Some(Default::default());
+        assert!(matches!(fit(&emitted, 0.5), Err(Unfit::Beyond { .. })));
+        let nothing = World { bodies: vec![], ..held() };
         assert_eq!(fit(&nothing, 0.1), Ok(None));
+    }
+
+    #[test]
+    fn of_several_bodies_the_strictest_counts() {
+        let mut world = held();
+        let alone = fit(&world, 0.05).unwrap().unwrap();
+        // The same at half the size needs twice the density; and one that falls has another table.
+        let mut small = world.bodies[0].clone();
+        small.name = "small".into();
+        small.positions.iter_mut().for_each(|x| x.iter_mut().for_each(|c| *c *= 0.5));
+        small.particle_volume /= 8.0;
+        world.bodies.push(small);
+        let both = fit(&world, 0.05).unwrap().unwrap();
+        assert!(both.density >= 2.0 * alone.density && both.body == "small", "{both:?}");
+        world.bodies.push(Body { name: "loose".into(), ..bar(JELLY).bodies.remove(0) });
+        let loose = fit(&world, 0.2).unwrap().unwrap();
+        let table = Kind::Free.table();
+        assert!(table.iter().any(|r| r.error == loose.error) && loose.body == "loose", "{loose:?}");
     }
 }

@@ -170,8 +170,9 @@ pub struct Simulation {
     /// Courant number of the elastic wave limit, 0 < C ≤ 1.
     #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
     pub courant: f32,
-    /// Largest error of how far elastic bodies bend, relative (0.05 is 5 %): the cheapest grid density and Courant number
-    /// for it are taken from a measured table, in place of those given.
+    /// Largest error of how far held bodies bend, and of the way of those that fall, relative (0.05 is 5 %): the cheapest
+    /// density of the grid, or size of particles, and Courant number for it are taken from measured tables, in place of
+    /// those given.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub error_budget: Option<f32>,
     /// A fixed step [s] instead of the chosen one, for stress tests.

@@ -1,6 +1,6 @@
-//! `--error-budget`: sets a scene's grid and Courant number to the cheapest that a measured table allows. Knows no solver.
+//! `--error-budget`: sets a scene's grid and Courant number to the cheapest that measured tables allow. Knows no solver.
 
-use physvideo::accuracy::fit;
+use physvideo::accuracy::{self, fit};
 use physvideo::assemble::{Inputs, assemble};
 use physvideo::plan::Plan;
 use physvideo::scene::{Kind, Problem, Source};
@@ -8,7 +8,7 @@ use physvideo::scene::{Kind, Problem, Source};
 use crate::error::AppError;
 use crate::load::Loaded;
 
-/// Particles a cell the table was measured with.
+/// Particles a cell the tables were measured with.
 const PER_CELL: u32 = 8;
 
 /// Changes the settings of a scene that has an error budget; says what was chosen.
@@ -31,17 +31,24 @@ pub fn apply(loaded: &mut Loaded, inputs: &Inputs, plan: &Plan) -> Result<Option
     let chosen = fit(&bodies.world, budget).map_err(|e| AppError::Numeric(e.to_string()))?;
     let Some(chosen) = chosen else { return Ok(None) };
     let simulation = &mut loaded.scene.simulation;
-    simulation.grid_density = chosen.grid_density;
-    simulation.courant = chosen.row.courant;
-    simulation.particles_per_cell = PER_CELL;
+    simulation.courant = chosen.courant;
+    let unit = if bodies.world.is_fluid() {
+        simulation.particle_size = 1.0 / chosen.density;
+        "particles"
+    } else {
+        simulation.grid_density = chosen.density;
+        simulation.particles_per_cell = PER_CELL;
+        "cells"
+    };
+    let what = if chosen.kind == accuracy::Kind::Held { "bending" } else { "the way of a falling block" };
     Ok(Some(format!(
-        "error budget {budget}: {} cells across '{}' ({:.3} m), {:.1} cells a metre, Courant number {}, where bending was \
+        "error budget {budget}: {:.1} {unit} a metre, {:.1} across '{}' ({:.3} m), Courant number {}, where {what} was \
          measured to be {:.2} % off",
-        chosen.row.cells,
+        chosen.density,
+        chosen.density * chosen.size,
         chosen.body,
         chosen.size,
-        chosen.grid_density,
-        chosen.row.courant,
-        100.0 * chosen.row.error
+        chosen.courant,
+        100.0 * chosen.error
     )))
 }

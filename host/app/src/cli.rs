@@ -104,7 +104,7 @@ pub struct Overrides {
     /// Number of frames.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub frames: Option<u32>,
-    /// Largest error of how far elastic bodies bend, relative; sets grid density and Courant number.
+    /// Largest error that is measured of bodies like those of the scene, relative; sets grid density and Courant number.
     #[arg(long, value_name = "SHARE", value_parser = share)]
     pub error_budget: Option<f32>,
     /// The last thing that is made; what it does not need is skipped.

@@ -57,6 +57,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     // Read once and first: a software driver makes one load of a uniform address only before any branch.
     let dt = clock.dt;
     let time = clock.frame_start + clock.t;
+    let forced = clock.force_dt > 0.0;
+    let dx = clock.dx;
     let field_count = textureLoad(forces, 0u, 0).x;
     let n = id.x;
     if (n >= reference.nodes) { return; }
@@ -66,15 +68,23 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let more = textureLoad(nodes, 4u * n + 1u, 0);
     var f = gather(n);
     if (MIRRORED && more.y != NOBODY) { f -= gather(more.y); }
-    let was = texel(u_was, n).xyz;
+    var was = texel(u_was, n).xyz;
     let last = texel(v_was, n);
     let before = last.xyz;
     let solid = load_solid(solids, tag & BODY_MASK);
     let a = acceleration(solid.fields, solid.gravity, field_count, head.xyz + was, before, time);
     var now = before + 0.5 * (last.w + dt) * (f / bitcast<f32>(more.x) + a);
-    if (!finite(now)) {
+    if (!finite(was + dt * now)) {
         atomicAdd(&clock.quarantined, 1u);
         now = vec3f(0.0);
+        if (!finite(was)) { was = now; }
+    }
+    // A step that is forced beyond its limit would double everything to infinity: no more than 0.9 cells a step.
+    let speed = length(now);
+    let most = 0.9 * dx / max(dt, last.w);
+    if (forced && speed > most) {
+        atomicAdd(&clock.clamped_velocity, 1u);
+        now *= most / speed;
     }
     let moved = was + dt * now;
     v.d[n] = vec4f(now, dt);

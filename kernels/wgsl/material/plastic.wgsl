@@ -11,7 +11,7 @@ fn material_plastic(b: Body, t: Trial) -> Response {
     let size = length(shear);
     // How far 2μ ‖dev ε‖ is beyond √(2/3) (σ_y + H α), and the flow that brings both together.
     let beyond = 2.0 * b.mu * size - 0.81649658 * (b.p.x + b.p.y * t.memory);
-    if (beyond <= 0.0) { return hencky(b, a, strain, t.memory); }
+    if (beyond <= 0.0) { return unmoved(hencky(b, a, strain, t.memory), t, a); }
     let flow = beyond / (2.0 * b.mu + 0.66666667 * b.p.y);
     return hencky(b, a, vec3f(mean) + shear * (1.0 - flow / size), t.memory + 0.81649658 * flow);
 }

@@ -13,6 +13,7 @@ fn material_sand(b: Body, t: Trial) -> Response {
     let size = length(shear);
     // ‖dev τ‖ ≤ −α (3λ + 2μ) tr ε.
     let most = -b.p.x * (3.0 * b.lambda + 2.0 * b.mu) / (2.0 * b.mu) * trace;
+    if (size <= most && t.memory == 0.0) { return unmoved(hencky(b, a, strain, 0.0), t, a); }
     let kept = select(1.0, most / size, size > most);
     return hencky(b, a, vec3f(trace / 3.0) + kept * shear, 0.0);
 }

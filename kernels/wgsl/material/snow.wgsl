@@ -15,5 +15,8 @@ fn material_snow(b: Body, t: Trial) -> Response {
     let lambda = harder * b.lambda;
     let tau = spread(a.u, 2.0 * mu * e * s + vec3f(lambda * j * (j - 1.0)));
     let energy = mu * dot(e, e) + 0.5 * lambda * (j - 1.0) * (j - 1.0);
-    return Response(tau, recompose(a.u, s, a.v), volume - 1.0, energy, sqrt(harder));
+    // Where nothing flowed F stays as it was: taken apart and put together it would creep from step to step.
+    var f = recompose(a.u, s, a.v);
+    if (all(s == a.s)) { f = t.f; }
+    return Response(tau, f, volume - 1.0, energy, sqrt(harder));
 }

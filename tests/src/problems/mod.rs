@@ -15,8 +15,10 @@ pub mod liquid;
 pub mod manufactured;
 pub mod motion;
 pub mod sand;
+pub mod settle;
 pub mod setup;
 pub mod viscous;
+pub mod yielding;
 
 /// How a problem is run.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,7 +69,8 @@ pub struct Problem {
 
 /// Every problem.
 pub fn all() -> Vec<&'static Problem> {
-    static GROUPS: [&[Problem]; 3] = [&elastic::PROBLEMS, &sph::PROBLEMS, &[sand::COLUMN, liquid::TANK, liquid::DAM]];
+    static GROUPS: [&[Problem]; 3] =
+        [&elastic::PROBLEMS, &sph::PROBLEMS, &[sand::COLUMN, yielding::MAPS, liquid::TANK, liquid::DAM]];
     GROUPS.iter().flat_map(|g| g.iter()).collect()
 }
 

@@ -7,6 +7,7 @@ use physvideo::scene::Material;
 use physvideo::stages::lagrangian::Lagrangian;
 use physvideo::stages::mpm::{Method, Mpm};
 use physvideo::stages::solver::{FrameStats, Measure, Solver};
+use physvideo::stages::sph::Sph;
 use physvideo::world::{Body, World};
 use physvideo_gpu::kernels::{Collider, Deformation, Particle};
 use physvideo_gpu::{Gpu, GpuError};
@@ -144,6 +145,7 @@ pub fn solver<'g>(gpu: &'g Gpu, world: &World, method: &str) -> Result<Box<dyn S
         "total_lagrangian" => {
             Lagrangian::new(gpu, world).map(|own| Box::new(own) as Box<dyn Solver + 'g>).map_err(|e| e.to_string())
         }
+        "wcsph" | "dfsph" => Sph::new(gpu, world).map(|sph| Box::new(sph) as Box<dyn Solver + 'g>).map_err(say),
         other => Err(format!("there is no method '{other}'")),
     }
 }

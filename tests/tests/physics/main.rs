@@ -18,6 +18,7 @@ mod recycle;
 mod rest;
 mod sleep;
 mod suite;
+mod yielding;
 
 use physvideo_tests::problems::{Setting, order};
 

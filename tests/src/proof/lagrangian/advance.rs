@@ -39,7 +39,9 @@ fn inputs(ask: Ask) -> Call {
         }
     }
     let dt = if ask.seed % 4 == 3 { 0.0 } else { 7e-4 };
-    let clock = Clock { frame_start: 0.9, t: 0.1, dt, ..Default::default() };
+    // A speed limit of 0.5 m/s where the step is forced.
+    let (dx, force_dt) = (0.5 / 0.9 * 7e-4, if ask.seed % 4 >= 2 { 7e-4 } else { 0.0 });
+    let clock = Clock { frame_start: 0.9, t: 0.1, dt, dx, force_dt, ..Default::default() };
     Call::new(b.nodes.len().div_ceil(64) + 1)
         .constant("MIRRORED", f64::from(u8::from(mirrored)))
         .immediates(&b.sizes)
@@ -76,6 +78,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let dt = f64::from(was.dt);
     let (mut got, mut want, mut scale) = (Vec::new(), Vec::new(), Vec::new());
     let (mut lost, mut kept) = (0, true);
+    let (mut limited, mut perhaps) = (0, 0);
     let mut images = vec![false; nodes.len()];
     nodes.iter().filter(|n| n.mirror != NOBODY).for_each(|n| images[n.mirror as usize] = true);
     for (i, node) in nodes.iter().enumerate() {
@@ -95,9 +98,16 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         let bad = !next.iter().all(|c| c.is_finite());
         lost += u32::from(bad);
         if close {
+            perhaps += 1;
             continue;
         }
-        let next = if bad { Vec3::zeros() } else { next };
+        let mut next = if bad { Vec3::zeros() } else { next };
+        let most = 0.9 * f64::from(was.dx) / dt.max(f64::from(v[i][3]));
+        if was.force_dt > 0.0 {
+            limited += u32::from(next.norm() > most * (1.0 + 1e-5));
+            perhaps += u32::from(next.norm() > most * (1.0 - 1e-5));
+            next *= (most / next.norm()).min(1.0);
+        }
         let place = vec3(&u[i]) + dt * next;
         // 27 shares of up to 0.5 N, fields of up to 1000 m/s².
         let size = 1.0 + kick * (27.0 / m + 1e3);
@@ -117,6 +127,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     vec![
         Compared::close("place and velocity", got, want, scale),
         Compared::equal("lost", &[clock.quarantined], &[lost]),
+        Compared::fact("those slowed down are counted", (limited..=perhaps).contains(&clock.clamped_velocity)),
         Compared::fact("what is held stays, and the step is remembered", kept),
     ]
 }

@@ -31,9 +31,15 @@ pub enum Problem {
         #[arg(long, default_value = "assets/wp")]
         out: PathBuf,
     },
-    /// The table from which `--error-budget` chooses.
+    /// The tables from which `--error-budget` chooses.
     Budget {
-        /// Folder for it.
+        /// Only that of this kind of body, for example sand.
+        #[arg(long)]
+        kind: Option<String>,
+        /// Measure blocks that no table was made with instead, and write nothing.
+        #[arg(long)]
+        unseen: bool,
+        /// Folder for them.
         #[arg(long, default_value = "engine/src/accuracy")]
         out: PathBuf,
     },
@@ -105,7 +111,7 @@ fn cell(v: f64) -> String {
 /// Makes every figure of a problem.
 pub fn bench(gpu: &Gpu, problem: &Problem) -> Result<(), String> {
     let (budget, out) = match problem {
-        Problem::Budget { out } => return budget::run(gpu, out),
+        Problem::Budget { kind, unseen, out } => return budget::run(gpu, out, kind.as_deref(), *unseen),
         Problem::Flow { budget, out } | Problem::Physics { budget, out, .. } => (budget, out),
     };
     if !(*budget >= 0.0 && *budget < 1e6) {
