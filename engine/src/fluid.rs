@@ -14,7 +14,7 @@ pub struct Fluid {
     pub density_error: f32,
     /// The same for the divergence solve: growth of density in a step (0.1 %).
     pub divergence_error: f32,
-    /// How viscosity is found: by itself it is solved for if that makes steps [`PAYS`] times as long.
+    /// How viscosity is found; `Auto` solves for it if that makes steps [`PAYS`] times as long.
     pub viscosity: Viscosity,
 }
 

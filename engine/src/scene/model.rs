@@ -237,9 +237,9 @@ pub enum Pressure {
 #[serde(rename_all = "snake_case")]
 pub enum Viscosity {
     /// Solved for where that makes steps four times as long.
-    #[default]
     Auto,
     /// From the velocities at hand: steps of at most 0.125 h²/ν.
+    #[default]
     Explicit,
     /// Solved for: any step (Weiler et al. 2018).
     Implicit,

@@ -59,12 +59,12 @@ fn a_plan_says_how_viscosity_is_found() {
         said.expect(0, &[]);
         said.out
     };
-    let solved = plan("7e-3", "");
+    let solved = plan("7e-3", "viscosity = 'auto'");
     assert!(
         solved.contains("viscosity is solved for: without it steps would be 2.9e-4 s, 8.8 times as short"),
         "{solved}"
     );
-    let short = plan("7e-3", "viscosity = 'explicit'");
+    let short = plan("7e-3", "");
     assert!(short.contains("viscosity shortens steps to 2.9e-4 s"), "{short}");
     assert!(!plan("1e-6", "").contains("viscosity"), "water's viscosity bounds nothing");
 }

@@ -72,7 +72,7 @@ impl Block {
                 if kind == Kind::Wcsph {
                     pressure = Pressure::Wcsph;
                 }
-                Material::Sph { viscosity: 1e-4 }
+                Material::Sph { viscosity: 1e-4, surface_tension: 0.0 }
             }
         };
         let (high, fallen) = if matches!(kind, Kind::Held | Kind::Free) { (0.1, 0.3) } else { (0.2, 0.2) };
@@ -89,7 +89,7 @@ impl Block {
             }
             Material::Sand { .. } => Material::Sand { young: 4e5, poisson: 0.2, friction: 0.6 },
             Material::Liquid { .. } => Material::Liquid { bulk: 3e5, exponent: 4.0, viscosity: 0.5 },
-            Material::Sph { .. } => Material::Sph { viscosity: 1e-3 },
+            Material::Sph { .. } => Material::Sph { viscosity: 1e-3, surface_tension: 0.0 },
             other => other,
         };
         let friction = if tall.friction > 0.0 { 0.6 } else { 0.0 };
@@ -107,7 +107,7 @@ impl Block {
             }
             Material::Sand { .. } => Material::Sand { young: 3e5, poisson: 0.25, friction: 0.5 },
             Material::Liquid { .. } => Material::Liquid { bulk: 2.5e5, exponent: 7.0, viscosity: 0.1 },
-            Material::Sph { .. } => Material::Sph { viscosity: 5e-4 },
+            Material::Sph { .. } => Material::Sph { viscosity: 5e-4, surface_tension: 0.0 },
             other => other,
         };
         let friction = if tall.friction > 0.0 { 0.5 } else { 0.0 };
@@ -135,7 +135,7 @@ impl Block {
         let mut w = if matches!(self.material, Material::Sph { .. }) {
             let depth = 4.0 * dx;
             let places = liquid::lattice(dx, [0.0; 3], [self.wide, depth, self.high]);
-            let Material::Sph { viscosity } = self.material else { unreachable!() };
+            let Material::Sph { viscosity, .. } = self.material else { unreachable!() };
             let body = liquid::liquid(self.density as f32, viscosity, dx, places);
             let mut w = liquid::world(self.pressure, dx, vec![body], [-0.02; 3], [room, depth + 0.02, 4.0 * self.high]);
             w.fluid = Fluid { particle_size: dx as f32, pressure: self.pressure, ..Default::default() };

@@ -170,7 +170,7 @@ pub fn material_of(name: &str) -> Material {
         },
         "foam" => Material::Foam { young, poisson },
         "sand" => Material::Sand { young: 1e5, poisson: 0.3, friction: 0.6 },
-        "sph" => Material::Sph { viscosity: 1e-3 },
+        "sph" => Material::Sph { viscosity: 1e-3, surface_tension: 0.0 },
         "liquid" => Material::Liquid { bulk: 5e4, exponent: 7.0, viscosity: 0.0 },
         _ => Material::Elastic { young, poisson },
     }

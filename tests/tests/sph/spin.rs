@@ -1,6 +1,6 @@
 //! A viscous ball that turns freely goes on turning: viscosity acts along the line of centres.
 
-use physvideo::scene::Pressure;
+use physvideo::scene::{Pressure, Viscosity};
 use physvideo::stages::solver::Measure;
 use physvideo::stages::sph::Sph;
 use physvideo_gpu::{Gpu, Options};
@@ -18,7 +18,9 @@ fn turn(gpu: &Gpu, pressure: Pressure) -> [Measure; 2] {
     positions.retain(|x| x.iter().map(|c| c * c).sum::<f32>() < (4.0 * H as f32).powi(2));
     let mut body = liquid(1000.0, 0.1, H, positions);
     body.velocities = body.positions.iter().map(|x| [-SPIN * x[1], SPIN * x[0], 0.0]).collect();
-    let w = world(pressure, H, vec![body], [-0.2; 3], [0.2; 3]);
+    let mut w = world(pressure, H, vec![body], [-0.2; 3], [0.2; 3]);
+    // Solved for with DFSPH, whose steps would be long, and not with WCSPH.
+    w.fluid.viscosity = Viscosity::Auto;
     let mut sph = Sph::new(gpu, &w).unwrap();
     let before = sph.measure(0).unwrap();
     for _ in 0..5 {
