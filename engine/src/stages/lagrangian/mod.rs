@@ -23,8 +23,8 @@ use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Forces, Live, 
 use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Prepared, Recording};
 
 use self::facets::Facets;
-use self::pairs::{Moved, Pairs};
 use self::frame::Items;
+use self::pairs::{Moved, Pairs};
 use self::reference::Reference;
 use super::solver::{Measure, PINNED};
 use crate::world::World;

@@ -25,10 +25,7 @@ pub(super) fn constants(world: &World) -> Constants {
     let solved = f64::from(u8::from(world.fluid.pressure == Pressure::Dfsph));
     let implicit = f64::from(u8::from(limits(world).implicit));
     let nozzles = f64::from(u8::from(world.bodies.iter().any(|b| b.emission.is_some())));
-    let method = Constants::none()
-        .with("INCOMPRESSIBLE", solved)
-        .with("IMPLICIT", implicit)
-        .with("NOZZLES", nozzles);
+    let method = Constants::none().with("INCOMPRESSIBLE", solved).with("IMPLICIT", implicit).with("NOZZLES", nozzles);
     kernels::MEMBERS.iter().fold(method, |all, member| {
         let used = match member.family {
             "material" => false,

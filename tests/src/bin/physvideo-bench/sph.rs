@@ -106,7 +106,7 @@ pub fn honey(gpu: &Gpu, n: usize, repeats: usize) -> Result<(), String> {
     let mut world = dam((n as f64).cbrt().round() as usize, Pressure::Dfsph);
     let shrink = HONEY.0 / SIZE;
     world.force_dt = None;
-    world.bodies[0].material = Material::Sph { viscosity: HONEY.1 };
+    world.bodies[0].material = Material::Sph { viscosity: HONEY.1, surface_tension: 0.0 };
     world.bodies[0].positions.iter_mut().for_each(|x| *x = x.map(|c| c * shrink));
     for c in &mut world.colliders {
         (c.center, c.size) = (c.center.map(|x| x * shrink), c.size.map(|x| x * shrink));
