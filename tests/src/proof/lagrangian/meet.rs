@@ -101,7 +101,8 @@ impl Law {
     fn add(&mut self, own: &Patch, other: &Patch) {
         let d = vec3(&own.x) - vec3(&other.x);
         self.close |= (d.norm() - 1.5 * DX).abs() < 1e-6;
-        if d.norm() >= 1.5 * DX {
+        // One that is not anywhere meets nobody.
+        if d.norm().is_nan() || d.norm() >= 1.5 * DX {
             return;
         }
         let n = (vec3(&other.normal) - vec3(&own.normal)).normalize();
