@@ -381,7 +381,8 @@ impl Solver for Sph<'_> {
         self.deformations
     }
 
+    /// Where viscosity is solved for, its sums go over the particles as their cells lie, and those lie in any order.
     fn deterministic(&self) -> bool {
-        true
+        self.viscous.is_none()
     }
 }
