@@ -6,6 +6,7 @@ mod drop;
 mod emitter;
 mod guard;
 mod motion;
+mod slump;
 mod spin;
 mod tank;
 mod twist;

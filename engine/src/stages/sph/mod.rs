@@ -219,12 +219,12 @@ impl<'gpu> Sph<'gpu> {
             k,
             each,
         );
+        if solved {
+            self.record_solve(rec, false);
+        }
         if let Some(viscous) = &self.viscous {
             let live = counters;
             viscous.record(rec, k, &Step { places, flown, lists, crowds, locals, live, clock, grid: immediates, each });
-        }
-        if solved {
-            self.record_solve(rec, false);
         }
         let particles = particles.cast();
         rec.call(
