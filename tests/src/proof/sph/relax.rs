@@ -1,4 +1,4 @@
-//! Proof of `sph/relax`: Q = max(P + ½ e/(dt² A), 0) with e the excess and what the accelerations do about it, then Nesterov's
+//! Proof of `sph/relax`: Q = max(P + 0.4 e/(dt² A), 0) with e the excess and what the accelerations do about it, then Nesterov's
 //! P ← max(Q + k/(k+3) (Q − Q of the pass before), 0); Σ of what is left.
 
 use physvideo_gpu::kernels::{Clock, Counts, Local, Solve};
@@ -55,7 +55,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     for i in 0..placed {
         let (sum, size) = source::rate(call, i, &pushes);
         let excess = f64::from(wants[i]) + dt * dt * sum;
-        let each = 0.5 / (dt * dt * f64::from(locals[i].response));
+        let each = 0.4 / (dt * dt * f64::from(locals[i].response));
         let pressure = (f64::from(before[i][3]) + each * excess).max(0.0);
         let last = if turn == 0.0 { f64::from(before[i][3]) } else { f64::from(lasts[i]) };
         got.extend([f64::from(found[i]), f64::from(after[i][3])]);
