@@ -43,7 +43,7 @@ pub fn spot(x: Vec3) -> u32 {
     let g = grid();
     let q: [u32; 3] =
         std::array::from_fn(|a| ((x[a] - f64::from(g.origin[a])) / f64::from(g.dx) * 256.0).floor() as i64 as u32);
-    q[0] % 2048 << 21 | q[1] % 2048 << 10 | q[2] % 1024
+    ((q[0] % 2048) << 21) | ((q[1] % 2048) << 10) | (q[2] % 1024)
 }
 
 /// The cubic spline of Monaghan (1992), not normalised, and its derivative by q.
