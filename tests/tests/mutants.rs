@@ -221,7 +221,7 @@ const LATENT: [(&str, &str, &str, &str); 30] = [
 ];
 
 /// The same for liquids.
-const SPH: [(&str, &str, &str, &str); 36] = [
+const SPH: [(&str, &str, &str, &str); 37] = [
     ("sph/pack", "sph/pack", "< p);", "<= p);"),
     ("sph/pack", "sph/pack", "texel(was, 6u * p + 5u)", "texel(was, 6u * p + 4u)"),
     ("sph/pack", "lib/spot", "(q.y & 0x7ffu) << 10u", "(q.y & 0x7ffu) << 11u"),
@@ -252,6 +252,7 @@ const SPH: [(&str, &str, &str, &str); 36] = [
     ("sph/descend", "sph/descend", "if (turn != 0.0)", "if (true)"),
     ("sph/source", "sph/source", "own.fill < SPRAY", "false"),
     ("sph/press", "lib/sph", "pressure * own.wall", "2.0 * pressure * own.wall"),
+    ("sph/relax", "sph/relax", "select(0.5, 0.4, IMPLICIT)", "0.5"),
     ("sph/relax", "sph/relax", "turn / (turn + 3.0)", "turn / (turn + 2.0)"),
     ("sph/relax", "sph/relax", "a - texel(pushes, j).xyz", "a + texel(pushes, j).xyz"),
     ("sph/judge", "sph/judge", "solve.iterations >= rule.least && ", ""),

@@ -83,10 +83,10 @@ fn a_solve_agrees_with_explicit_viscosity() {
     let speeds = |viscosity| twist(&gpu, &cylinder(Pressure::Wcsph, viscosity, false)).unwrap();
     let ((explicit, x), (implicit, _)) = (speeds(Viscosity::Explicit), speeds(Viscosity::Implicit));
     assert!(sound(&implicit) && sound(&explicit));
-    // Two solves add up in different orders; each leaves a thousandth of what it changes at most.
-    let again = speeds(Viscosity::Implicit).0;
-    let near = again.speeds.iter().zip(&implicit.speeds).all(|(a, b)| (a / b - 1.0).abs() < 1e-4);
-    assert!(near, "two runs differ: {:?}, {:?}", again.speeds, implicit.speeds);
+    // The solve's sums are of floats in the order of places, which differs from run to run: only their rounding does.
+    let again = speeds(Viscosity::Implicit).0.speeds;
+    let differ = again.iter().zip(&implicit.speeds).map(|(a, b)| (a / b - 1.0).abs()).fold(0.0, f64::max);
+    assert!(differ < 1e-6, "two runs differ by {differ:.1e}");
     // A step keeps 1 − x of the mode, or 1/(1 + x), which is x² more; a solve leaves a thousandth of what it changes.
     let rate = -explicit.speeds[3].ln() / (240.0 * x);
     let between = (240.0 * (rate * x).powi(2)).exp();

@@ -324,7 +324,8 @@ impl<'gpu> Sph<'gpu> {
             frame_length: length,
             dx: self.fluid.particle_size,
             courant: self.courant,
-            longest: self.limits.longest,
+            // A frame that is taken back is repeated with shorter steps whatever bounds them.
+            longest: self.limits.longest * (self.courant / self.limits.courant),
             watch: u32::from(watch),
             wave_speed: self.limits.speed,
             force_dt: self.force_dt,
@@ -381,7 +382,7 @@ impl Solver for Sph<'_> {
         self.deformations
     }
 
-    /// Where viscosity is solved for, its sums go over the particles as their cells lie, and those lie in any order.
+    // Places follow the order in which blocks were claimed, and the sums of conjugate gradients follow places.
     fn deterministic(&self) -> bool {
         self.viscous.is_none()
     }

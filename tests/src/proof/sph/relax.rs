@@ -1,4 +1,4 @@
-//! Proof of `sph/relax`: Q = max(P + ½ e/(dt² A), 0) with e the excess and what the accelerations do about it, then Nesterov's
+//! Proof of `sph/relax`: Q = max(P + ω e/(dt² A), 0), ω ½ or 0.4, with e the excess and what the accelerations do about it, then Nesterov's
 //! P ← max(Q + k/(k+3) (Q − Q of the pass before), 0); Σ of what is left.
 
 use physvideo_gpu::kernels::{Clock, Counts, Local, Solve};
@@ -30,6 +30,7 @@ fn inputs(ask: Ask) -> Call {
     let locals = liquid.locals();
     liquid
         .call()
+        .constant("IMPLICIT", (ask.seed % 2) as f64)
         .with("pushes", &pushes)
         .with("locals", &locals)
         .with("points", &points)
@@ -50,12 +51,14 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let after: Vec<[f32; 4]> = out.get("points");
     let lasts: Vec<f32> = b.get("lasts");
     let found: Vec<f32> = out.get("lasts");
+    let implicit = call.constants == physvideo_gpu::Constants::none().with("IMPLICIT", 1.0);
+    let relaxed = if implicit { 0.4 } else { 0.5 };
     let turn = f64::from(b.one::<Solve>("solve").iterations);
     let (mut got, mut want, mut scale, mut left, mut doubt) = (Vec::new(), Vec::new(), Vec::new(), 0.0, 0.0);
     for i in 0..placed {
         let (sum, size) = source::rate(call, i, &pushes);
         let excess = f64::from(wants[i]) + dt * dt * sum;
-        let each = 0.5 / (dt * dt * f64::from(locals[i].response));
+        let each = relaxed / (dt * dt * f64::from(locals[i].response));
         let pressure = (f64::from(before[i][3]) + each * excess).max(0.0);
         let last = if turn == 0.0 { f64::from(before[i][3]) } else { f64::from(lasts[i]) };
         got.extend([f64::from(found[i]), f64::from(after[i][3])]);
