@@ -7,6 +7,7 @@ use std::time::Instant;
 use glam::Vec3;
 use physvideo_gpu::kernels::Camera;
 
+use crate::cap::{self, Capped};
 use crate::domain;
 use crate::elastic::{self, Choice};
 use crate::emission;
@@ -61,6 +62,8 @@ pub struct Assembled {
     pub colors: Vec<[f32; 3]>,
     /// The solver of that, and why.
     pub elastic: Choice,
+    /// Bodies that the stiffness cap has made softer.
+    pub capped: Vec<Capped>,
     /// Index of each body's object in the scene.
     pub object_of: Vec<usize>,
     /// Objects that only occlude, by index: their points, drawn and not simulated.
@@ -91,10 +94,7 @@ fn at(key: String, message: impl ToString) -> Problem {
 /// A problem located at a key of the scene.
 pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled, Problem> {
     let mut wall_ms = Vec::new();
-    let view = match &inputs.photo {
-        Some(photo) => Some(see(scene, photo, plan, &mut wall_ms)?),
-        None => None,
-    };
+    let view = inputs.photo.as_ref().map(|photo| see(scene, photo, plan, &mut wall_ms)).transpose()?;
     let dx = 1.0 / scene.simulation.grid_density;
     let lattice = Lattice::new(dx, scene.simulation.particles_per_cell)
         .map_err(|e| at("simulation.particles_per_cell".into(), e))?;
@@ -154,7 +154,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
     }
     let domain = domain::of(scene, &bodies, dx);
     domain::check(scene, &bodies, &object_of, domain)?;
-    let world = World {
+    let mut world = World {
         bodies,
         gravity: scene.gravity,
         fields: scene.fields.iter().zip(0..).map(|(f, i)| world::field(f, scene.seed, i)).collect(),
@@ -171,6 +171,8 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         },
     };
     refuse_wide(domain, world.cell())?;
+    let capped = scene.simulation.stiffness_cap.map_or_else(Vec::new, |share| cap::apply(share, &mut world));
+    notes.extend(capped.iter().map(Capped::line));
     // Time is kept in f32: a step below its rounding would never reach the frame's end.
     let (step, frame) = (world.step(), 1.0 / scene.output.fps);
     if !world.bodies.is_empty() && step < frame * LEAST_STEP {
@@ -184,7 +186,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         ));
     }
     let elastic = elastic::choose(scene.simulation.elastic, &world)?;
-    Ok(Assembled { world, elastic, colors, object_of, statics, view, camera, size, notes, wall_ms })
+    Ok(Assembled { world, elastic, capped, colors, object_of, statics, view, camera, size, notes, wall_ms })
 }
 
 /// Milliseconds since.

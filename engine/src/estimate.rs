@@ -1,9 +1,9 @@
 //! What a run will take, said before anything is allocated: memory, points, substeps. Opens no device.
 
-use physvideo_gpu::kernels::family::field;
 use physvideo_gpu::kernels::{Bound, Carrier, EdgePixel};
 
 use crate::assemble::Assembled;
+use crate::cap::Expected;
 use crate::fluid;
 use crate::plan::Plan;
 use crate::scene::{Scene, Source};
@@ -12,7 +12,7 @@ use crate::stages::lagrangian::Lagrangian;
 use crate::stages::mpm::Mpm;
 use crate::stages::render::RenderSettings;
 use crate::stages::sph::Sph;
-use crate::world::{Body, World};
+use crate::world::World;
 
 /// What a run will take.
 #[derive(Clone, Debug, PartialEq)]
@@ -131,15 +131,15 @@ pub fn step_notes(world: &World, fps: f32) -> Vec<String> {
             notes.push(format!("'{}' hardens as it packs: up to {times:.1} times as many substeps", body.name));
         }
     }
-    if let Some(soft) = soft_enough(world, fastest)
+    if let (Some(needed), Some(young)) = (Expected::of(world).modulus(fastest, SOFT), fastest.material.young())
         && world.force_dt.is_none()
     {
-        let share = soft / (fastest.density * fastest.wave_speed().powi(2));
+        let share = needed / young;
         // Steps go with the root of the modulus.
         if share < 0.25 {
             notes.push(format!(
                 "'{}' costs {:.0} substeps a frame; {:.1e} of its `young` would do with {:.0}, and its fall and weight \
-                 deform it by about {:.0} %",
+                 deform it by about {:.0} %: `simulation.stiffness_cap = {SOFT}` takes that",
                 fastest.name,
                 (1.0 / (fps * step)).ceil(),
                 share,
@@ -151,26 +151,11 @@ pub fn step_notes(world: &World, fps: f32) -> Vec<String> {
     notes
 }
 
-/// P-wave modulus at which an elastic body's motion deforms it by [`SOFT`], ρ v²/ε², or its weight, ρ g L/ε [Pa]; v is
-/// that of the start, of the winds and of a fall through the domain.
-fn soft_enough(world: &World, body: &Body) -> Option<f32> {
-    if !body.material.elastic() || body.positions.is_empty() {
-        return None;
-    }
-    let square = |v: &[f32]| v.iter().map(|c| c * c).sum::<f32>();
-    let heights = || body.positions.iter().map(|x| x[2]);
-    let (low, high) = (heights().fold(f32::MAX, f32::min), heights().fold(f32::MIN, f32::max));
-    let pull = square(&body.gravity.unwrap_or(world.gravity)).sqrt();
-    let fall = 2.0 * pull * (low - world.domain.0[2]).max(0.0);
-    let winds = world.fields.iter().filter(|f| f.kind == field::WIND).map(|f| square(&f.a[..3])).fold(0.0, f32::max);
-    let motion = body.velocities.iter().map(|v| square(v)).fold(0.0, f32::max) + fall + winds;
-    Some(body.density * (motion / (SOFT * SOFT)).max(pull * (high - low) / SOFT))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::scene::Material;
+    use crate::world::Body;
 
     fn cube(young: f32) -> World {
         let body = Body {
@@ -214,5 +199,6 @@ mod tests {
     fn stiffness_that_nobody_sees_is_told() {
         let notes = step_notes(&cube(8e7), 24.0);
         assert!(notes.len() == 2 && notes[1].contains("'apple' costs"), "{notes:?}");
+        assert!(notes[1].contains("`simulation.stiffness_cap = 0.05`"), "{notes:?}");
     }
 }

@@ -5,6 +5,7 @@ pub mod accuracy;
 pub mod animate;
 pub mod assemble;
 pub mod backdrop;
+pub mod cap;
 mod domain;
 pub mod elastic;
 mod emission;

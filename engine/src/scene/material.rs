@@ -211,6 +211,23 @@ impl Material {
         }
     }
 
+    /// Young's modulus of what keeps its shape [Pa].
+    pub fn young(&self) -> Option<f32> {
+        match *self {
+            Material::Elastic { young, .. } | Material::NeoHookean { young, .. } => Some(young),
+            _ => None,
+        }
+    }
+
+    /// The same with another Young's modulus [Pa], where it keeps its shape.
+    pub fn with_young(self, young: f32) -> Self {
+        match self {
+            Material::Elastic { poisson, .. } => Material::Elastic { young, poisson },
+            Material::NeoHookean { poisson, .. } => Material::NeoHookean { young, poisson },
+            other => other,
+        }
+    }
+
     /// Keeps its shape: its deformation gradient says how it has moved since the start.
     pub fn elastic(&self) -> bool {
         matches!(self, Material::Elastic { .. } | Material::NeoHookean { .. })

@@ -178,6 +178,12 @@ pub struct Simulation {
     /// A fixed step [s] instead of the chosen one, for stress tests.
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub force_dt: Option<f32>,
+    /// Share ε of their size by which elastic bodies may deform at the largest speed and load to be expected, 0 < ε ≤ 0.5:
+    /// they are made no stiffer than that takes, for longer steps. Their vibration and contact last longer then, and `plan`
+    /// and the report say by how much; an error budget does not count it. Absent: as stiff as they are. Sand, snow, foam,
+    /// plastic bodies and liquids stay as they are, because how they yield goes by their stiffness.
+    #[schemars(range(max = 0.5), extend("exclusiveMinimum" = 0.0))]
+    pub stiffness_cap: Option<f32>,
     /// How elastic bodies are solved.
     pub elastic: Elastic,
     /// Same bits on every run on the same device.
@@ -200,6 +206,7 @@ impl Default for Simulation {
             courant: 0.75,
             error_budget: None,
             force_dt: None,
+            stiffness_cap: None,
             elastic: Elastic::Auto,
             deterministic: true,
             sleep: true,

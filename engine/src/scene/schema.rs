@@ -62,8 +62,9 @@ mod tests {
     use crate::scene::parse;
 
     /// Keys that may be absent and then mean "not there" or "chosen from the rest", so they have no default value.
-    const OPTIONAL: [&str; 38] = [
+    const OPTIONAL: [&str; 39] = [
         "error_budget",
+        "stiffness_cap",
         "emitter",
         "rate",
         "lifetime",

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use physvideo::cap::Capped;
 use physvideo::plan::Plan;
 use physvideo::stages::solver::{FrameStats, Measure};
 use serde::Serialize;
@@ -70,6 +71,8 @@ pub struct Report {
     pub substeps: u64,
     /// Substeps' sizes [s].
     pub dt: Option<Range>,
+    /// Objects that the stiffness cap has made softer, and how much.
+    pub softened: Vec<Softened>,
     /// Objects that were left out for some of the time, because they were at rest.
     pub skipped: Vec<Skipped>,
     /// Limits that were hit.
@@ -123,6 +126,28 @@ pub struct ObjectCount {
     pub object: String,
     /// How many.
     pub count: u64,
+}
+
+/// What the stiffness cap has done to an object.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Softened {
+    /// Its name.
+    pub object: String,
+    /// Young's modulus of the scene [Pa].
+    pub young: f32,
+    /// Young's modulus it was simulated with [Pa].
+    pub effective_young: f32,
+    /// How many times as soft that is.
+    pub factor: f32,
+    /// How many times as long its vibration and contact last as they should.
+    pub lasts: f32,
+}
+
+impl From<&Capped> for Softened {
+    fn from(c: &Capped) -> Self {
+        let factor = c.factor();
+        Self { object: c.body.clone(), young: c.young, effective_young: c.effective, factor, lasts: factor.sqrt() }
+    }
 }
 
 /// When an object was left out.

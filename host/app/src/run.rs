@@ -25,7 +25,7 @@ use crate::io::write::{EncoderThread, OutputFile, create_folder, write_json};
 use crate::load::Loaded;
 use crate::out_folder::{self, FLOW_VIDEO, REPORT, VIDEO};
 use crate::progress::Progress;
-use crate::report::{Conservation, ObjectCount, Report, SCHEMA_VERSION, Skipped, Status, Sums};
+use crate::report::{Conservation, ObjectCount, Report, SCHEMA_VERSION, Skipped, Softened, Status, Sums};
 use crate::warm;
 use crate::writer::{Job, Writer};
 
@@ -82,6 +82,7 @@ pub fn run(path: &Path, options: &RunOptions) -> Result<(), AppError> {
     }
     report.solver = plan.runs("simulate").then(|| assembled.solver());
     report.warnings.extend(assembled.notes.iter().cloned());
+    report.softened = assembled.capped.iter().map(Softened::from).collect();
     for (body, object) in assembled.world.bodies.iter().zip(&assembled.object_of) {
         let count = body.positions.len() as u64;
         report.particles.push(ObjectCount { object: loaded.scene.objects[*object].name.clone(), count });

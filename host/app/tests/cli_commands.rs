@@ -69,6 +69,32 @@ fn a_plan_says_how_viscosity_is_found() {
     assert!(!plan("1e-6", "").contains("viscosity"), "water's viscosity bounds nothing");
 }
 
+/// Its lowest particles fall 1.5/64 m: 1000 · 2 · 9.81 · 1.5/64 / 0.1² = 45.98 kPa.
+#[test]
+fn a_stiffness_cap_is_told_by_plan_and_report() {
+    let folder = Folder::new();
+    let stiff = ("young = 1e4", "young = 1e6");
+    folder.scene(FALL, &[stiff]);
+    let hint = folder.run(&["plan", "scene.toml", "--output", "state"]).out;
+    assert!(hint.contains("`simulation.stiffness_cap = 0.05` takes that"), "{hint}");
+    folder.scene(FALL, &[stiff, ("grid_density = 32", "grid_density = 32\nstiffness_cap = 0.1")]);
+    let said = folder.run(&["plan", "scene.toml", "--output", "state"]).out;
+    for part in [
+        "'jelly' is simulated with `young` 4.598e4 Pa instead of 1.000e6 Pa",
+        "2.175e1 times as soft",
+        "4.7 times as long",
+    ] {
+        assert!(said.contains(part), "{part:?} is not in:\n{said}");
+    }
+    folder.run(&["run", "scene.toml", "--quiet", "--output", "state"]).expect(0, &["simulation.stiffness_cap"]);
+    let report = folder.report("out/scene");
+    let softened = &report["softened"][0];
+    assert_eq!(softened["object"], "jelly");
+    let near = |key: &str, value: f64| (softened[key].as_f64().unwrap() / value - 1.0).abs() < 1e-3;
+    assert!(near("young", 1e6) && near("effective_young", 45_984.4) && near("factor", 21.747), "{softened}");
+    assert!(near("lasts", 4.663), "{softened}");
+}
+
 #[test]
 fn check_counts_what_it_found_good() {
     let folder = Folder::new();

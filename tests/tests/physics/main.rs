@@ -5,6 +5,7 @@
 mod bar;
 mod budget;
 mod cantilever;
+mod cap;
 mod column;
 mod discs;
 mod emitter;
