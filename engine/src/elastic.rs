@@ -1,5 +1,7 @@
 //! Which solver moves the bodies of a world, and why: the reason is part of the plan. Opens no device.
 
+use std::collections::HashMap;
+
 use crate::assemble::Assembled;
 use crate::scene::{Elastic, Kind, Pressure, Problem};
 use crate::stages::lagrangian;
@@ -24,6 +26,10 @@ pub fn choose(asked: Elastic, world: &World) -> Result<Choice, Problem> {
         return mpm("as `simulation.elastic` asks".into());
     }
     let obstacle = lagrangian::fit(world).err().map(|(i, why)| format!("'{}' {why}", world.bodies[i].name));
+    // Contact of surfaces finds what meets from outside, not what is inside from the start.
+    let obstacle = obstacle.or_else(|| {
+        overlap(world).map(|(a, b)| format!("'{}' and '{}' overlap", world.bodies[a].name, world.bodies[b].name))
+    });
     // What falls and hits rings on without damping; MPM's own calms it.
     let loose = || {
         let found = world.bodies.iter().find(|b| !b.pinned.contains(&true)).filter(|_| asked == Elastic::Auto)?;
@@ -44,6 +50,27 @@ pub fn choose(asked: Elastic, world: &World) -> Result<Choice, Problem> {
             },
         }),
     }
+}
+
+/// Two bodies of which particles lie closer than half of their spacing: those that only touch are a whole one apart.
+fn overlap(world: &World) -> Option<(usize, usize)> {
+    let reach = 0.25 * world.dx;
+    let cell = |x: &[f32; 3]| x.map(|c| (c / reach).floor() as i64);
+    let mut seen: HashMap<[i64; 3], Vec<(usize, [f32; 3])>> = HashMap::new();
+    for (i, body) in world.bodies.iter().enumerate() {
+        for x in &body.positions {
+            let at = cell(x);
+            let around = (0..27).map(|k| [at[0] + k % 3 - 1, at[1] + k / 3 % 3 - 1, at[2] + k / 9 - 1]);
+            let close =
+                |(_, y): &&(usize, [f32; 3])| (0..3).map(|a| (x[a] - y[a]).powi(2)).sum::<f32>() < reach * reach;
+            // A body's own come later, so that all that is found is of others.
+            if let Some((other, _)) = around.filter_map(|c| seen.get(&c)).flatten().find(close) {
+                return Some((*other, i));
+            }
+        }
+        body.positions.iter().for_each(|x| seen.entry(cell(x)).or_default().push((i, *x)));
+    }
+    None
 }
 
 impl Assembled {

@@ -103,9 +103,12 @@ fn viscosity_note(world: &World) -> Option<String> {
     let (viscous, taken) = (viscous_step(world), step(world));
     if limits(world).implicit {
         let times = taken / viscous;
-        return Some(format!(
-            "viscosity is solved for: without it steps would be {viscous:.1e} s, {times:.1} times as short"
-        ));
+        return Some(match times > 1.0 {
+            true => {
+                format!("viscosity is solved for: without it steps would be {viscous:.1e} s, {times:.1} times as short")
+            }
+            false => "viscosity is solved for, as asked: steps would be no shorter without".into(),
+        });
     }
     (viscous <= taken).then(|| format!("viscosity shortens steps to {viscous:.1e} s"))
 }

@@ -21,6 +21,11 @@ pub fn reach(body: &Body, world: &World, kind: Kind) -> Result<f32, Unfit> {
     if body.emission.is_some() || body.recycle.is_some() {
         return beyond("is emitted or starts anew".into());
     }
+    let moved = world.colliders.iter().any(|c| c.velocity != [0.0; 4] || c.spin != [0.0; 4]);
+    let fields = body.fields & ((1u64 << world.fields.len().min(32)) - 1) as u32 != 0;
+    if kind != Kind::Held && (fields || moved || body.surface_tension() > 0.0) {
+        return beyond("is moved by more than its weight, and only what falls was measured".into());
+    }
     let spacing = if world.is_fluid() { world.fluid.particle_size } else { body.particle_volume.cbrt() };
     let size = size(&body.positions, spacing);
     if size < 1.5 * spacing {
@@ -99,6 +104,12 @@ mod tests {
         assert!(matches!(&refused, Err(Unfit::Beyond { what, .. }) if what.contains("waves")), "{refused:?}");
         // What is held does not fall.
         assert!(reach(&world.bodies[0], &world, Kind::Held).is_ok());
+        // By a field, which says nothing of a body that it does not act on.
+        world.fields = vec![Default::default()];
+        world.bodies[0].fields = 1;
+        let refused = reach(&world.bodies[0], &world, Kind::Free);
+        assert!(matches!(&refused, Err(Unfit::Beyond { what, .. }) if what.contains("weight")), "{refused:?}");
+        world.fields.clear();
         // By its own speed.
         high(&mut world, -30.0);
         world.bodies[0].velocities = vec![[20.0, 0.0, 0.0]; 320];

@@ -30,7 +30,16 @@ fn bodies_on_a_lattice_qualify() {
     let mut none = world(vec![cube()], DX);
     none.bodies[0].positions.clear();
     assert_eq!(fit(&none), Err((0, Unfit::Empty)));
-    let mut two = world(vec![cube(), cube()], DX);
+    let moved = |by: f32| {
+        let mut other = cube();
+        other.positions.iter_mut().for_each(|x| x[1] += by);
+        other
+    };
+    // Side by side they are a spacing apart; one that is half a cell inside the other is not told by contact.
+    let mut two = world(vec![cube(), moved(0.5)], DX);
+    let inside = world(vec![cube(), moved(0.5 - DX as f32)], DX);
+    let refused = choose(Elastic::TotalLagrangian, &inside).unwrap_err();
+    assert!(format!("{refused:?}").contains("overlap"), "{refused:?}");
     for (bad, why) in [(&off, "no regular lattice"), (&two, "nothing holds")] {
         let choice = choose(Elastic::Auto, bad).unwrap();
         assert!(!choice.total_lagrangian && choice.why.contains(why), "{choice:?}");

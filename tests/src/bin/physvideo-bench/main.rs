@@ -179,6 +179,9 @@ fn kernels(gpu: &Gpu, json: bool, items: usize, repeats: usize, only: &str) -> R
             "kernel", "items", "µs", "ns/item", "GB/s", "GFLOP/s", "max error"
         );
     }
+    if !CASES.iter().any(|c| c.kernel.contains(only)) {
+        return Err(format!("no kernel's name holds '{only}'"));
+    }
     let mut left_out = Vec::new();
     for case in CASES.iter().filter(|c| c.kernel.contains(only)) {
         // One that does not fit the device at this size does not end the others.

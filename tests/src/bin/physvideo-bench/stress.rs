@@ -25,6 +25,9 @@ const HEAD: [&str; 13] = [
 /// Prints the table; writes it where asked to. Fails at the end if a case did.
 pub fn bench(gpu: &Gpu, only: &str, out: Option<&Path>) -> Result<(), String> {
     let (mut rows, mut wrong) = (Vec::new(), Vec::new());
+    if !stress::all().iter().any(|c| c.name.contains(only)) {
+        return Err(format!("no case's name holds '{only}'"));
+    }
     for case in stress::all().into_iter().filter(|c| c.name.contains(only)) {
         for method in case.solvers {
             for material in case.materials_of(method) {
