@@ -13,6 +13,7 @@ mod lattice;
 mod pairs;
 mod play;
 mod reference;
+mod sums;
 mod thin;
 
 use std::sync::Arc;
@@ -26,7 +27,7 @@ use self::facets::Facets;
 use self::frame::Items;
 use self::pairs::{Moved, Pairs};
 use self::reference::Reference;
-use super::solver::{Measure, PINNED};
+use super::solver::PINNED;
 use crate::world::World;
 
 pub use self::lattice::Unfit;
@@ -341,64 +342,6 @@ impl<'gpu> Lagrangian<'gpu> {
         let sample = lagrangian::Sample { cells, u, v, rests, particles, deformations, immediates };
         rec.each(&sample, &self.constants, u64::from(self.sizes.points));
         self.gpu.run(&rec).map(|_| ())
-    }
-
-    /// Energy of all bodies: in motion and deformation, and in gravity [J].
-    fn energy(&self) -> Result<(f64, f64), GpuError> {
-        let (mut own, mut potential) = (0.0, 0.0);
-        let u = self.gpu.read(self.state.u)?;
-        for (index, range) in self.ranges.iter().enumerate() {
-            let m = self.measure(index)?;
-            own += m.kinetic + m.elastic;
-            for (Lump { m, x }, u) in self.lumps[range.clone()].iter().zip(&u[range.clone()]) {
-                potential -= m * (0..3).map(|a| self.weights[index][a] * (x[a] + f64::from(u[a]))).sum::<f64>();
-            }
-        }
-        Ok((own, potential))
-    }
-
-    /// Sums over body `index`: motion from the nodes, in f64; energy (that of its contact included) and height from the
-    /// particles.
-    ///
-    /// # Errors
-    /// The device's refusal.
-    pub fn measure(&self, index: usize) -> Result<Measure, GpuError> {
-        let immediates = kernels::Only { body: index as u32, count: self.sizes.points };
-        let Self { particles, deformations, bodies, sums, .. } = *self;
-        let mut rec = Recording::new("measure");
-        let measure = mpm::Measure { particles, deformations, bodies, sums, immediates };
-        rec.each(&measure, &self.constants, u64::from(self.sizes.points));
-        self.gpu.run(&rec)?;
-        let mut out = Measure::default();
-        for s in self.gpu.read(sums)? {
-            out.elastic += f64::from(s.elastic);
-            out.height += f64::from(s.height);
-            out.quarantined += s.lost as u32;
-            out.speed = out.speed.max(f64::from(s.speed));
-        }
-        let (u, v) = (self.gpu.read(self.state.u)?, self.gpu.read(self.state.v)?);
-        // Springs of contact belong to the body they push.
-        let pushes = self.gpu.read(self.pushes)?;
-        let skins = self.skin_ranges.get(index).cloned().unwrap_or_default();
-        out.elastic += skins.map(|i| f64::from(pushes[4 * i][3])).sum::<f64>();
-        if let Some(pairs) = &self.pairs {
-            out.elastic += pairs.energy(self.gpu, index)?;
-        }
-        let range = self.ranges.get(index).cloned().unwrap_or_default();
-        out.mass = self.held.get(index).copied().unwrap_or_default();
-        for i in range {
-            let Lump { m, x } = &self.lumps[i];
-            let x: [f64; 3] = std::array::from_fn(|a| x[a] + f64::from(u[i][a]));
-            let p: [f64; 3] = std::array::from_fn(|a| m * f64::from(v[i][a]));
-            out.mass += m;
-            for a in 0..3 {
-                let (b, c) = ((a + 1) % 3, (a + 2) % 3);
-                out.momentum[a] += p[a];
-                out.spin[a] += x[b] * p[c] - x[c] * p[b];
-                out.kinetic += 0.5 * p[a] * f64::from(v[i][a]);
-            }
-        }
-        Ok(out)
     }
 }
 
