@@ -141,7 +141,8 @@ impl<'gpu> Sph<'gpu> {
         each * particles + sort + Recycling::bytes(world)
     }
 
-    /// One step: sort, neighbours, surroundings; forces and, in DFSPH, both solves; new places.
+    /// One step: sort, neighbours, surroundings; forces and, in DFSPH, both solves; viscosity where it is solved for; new
+    /// places.
     pub fn record_step(&self, rec: &mut Recording) {
         let (k, hot) = (&self.constants, self.hot);
         let Cells { grid: immediates, table, keys, counts, starts, order, live, .. } = self.cells;
@@ -222,6 +223,8 @@ impl<'gpu> Sph<'gpu> {
         if solved {
             self.record_solve(rec, false);
         }
+        // After the pressure: what gravity and pressure leave of each other is motion too, g dt of it, that a thick liquid
+        // resists; before it, such a liquid sinks by that in every step.
         if let Some(viscous) = &self.viscous {
             let live = counters;
             viscous.record(rec, k, &Step { places, flown, lists, crowds, locals, live, clock, grid: immediates, each });
