@@ -30,6 +30,9 @@ impl Default for Fluid {
     }
 }
 
+/// Side of a cell of the sort [h]: neighbours within 2 h, and a skin around that (`CELL` in WGSL).
+pub const CELL: f32 = 2.2;
+
 /// Speed of sound of a weakly compressible fluid: sqrt(7 k/ρ) with the paper's k = 5e4 Pa at 1000 kg/m³ [m/s].
 pub const SOUND: f32 = 18.708_287;
 

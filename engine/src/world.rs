@@ -5,7 +5,7 @@ use bytemuck::Zeroable;
 use physvideo_gpu::kernels;
 use physvideo_gpu::kernels::family::field;
 
-use crate::fluid::{self, Fluid};
+use crate::fluid::{self, CELL, Fluid};
 use crate::scene::{Collider, Field, FieldRegion, Material, Object};
 
 /// Everything a run simulates.
@@ -73,7 +73,7 @@ impl World {
 
     /// Side of the cells that particles are sorted into [m].
     pub fn cell(&self) -> f32 {
-        if self.is_fluid() { 2.0 * self.fluid.particle_size } else { self.dx }
+        if self.is_fluid() { CELL * self.fluid.particle_size } else { self.dx }
     }
 
     /// Gravity and fields as the kernels see them.

@@ -221,12 +221,19 @@ const LATENT: [(&str, &str, &str, &str); 30] = [
 ];
 
 /// The same for liquids.
-const SPH: [(&str, &str, &str, &str); 37] = [
+const SPH: [(&str, &str, &str, &str); 44] = [
     ("sph/pack", "sph/pack", "< p);", "<= p);"),
     ("sph/pack", "sph/pack", "texel(was, 6u * p + 5u)", "texel(was, 6u * p + 4u)"),
     ("sph/pack", "lib/spot", "(q.y & 0x7ffu) << 10u", "(q.y & 0x7ffu) << 11u"),
     ("sph/search", "lib/spot", "d << 22u", "d << 21u"),
-    ("sph/search", "lib/spot", "SPOTS + 2.2", "SPOTS - 12.2"),
+    ("sph/search", "lib/spot", "+ OFF", "- 14.0"),
+    ("sph/search", "sph/search", "skin == 0.0)", "true)"),
+    ("sph/search", "sph/search", "2.0 * h_of() + skin", "2.0 * h_of()"),
+    ("sph/clock", "sph/clock", "RECYCLES || opens ||", "RECYCLES ||"),
+    ("sph/clock", "sph/clock", "if (made > 0u) { keep.nodes = made; }", ""),
+    ("sph/clock", "sph/clock", "0.5 * keep.skin", "keep.skin"),
+    ("sph/advance", "sph/advance", "if (!finite(x)) {", "if (false) {"),
+    ("sph/advance", "sph/advance", "warm.d[i] = found;", ""),
     ("sph/search", "sph/search", "(cell.x & 3) == 0", "(cell.x & 3) == 1"),
     ("sph/search", "sph/search", "i32(lead) - shift", "i32(lead) + 1 - shift"),
     ("sph/search", "sph/search", "k < 8u && at", "k < 7u && at"),

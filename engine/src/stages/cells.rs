@@ -131,10 +131,10 @@ impl Cells {
         Groups::Indirect(self.live.erase(), NODE_GROUPS)
     }
 
-    /// Forgets the last substep's blocks; comes before the counters are reset.
-    pub fn record_clear(&self, rec: &mut Recording, constants: &Constants) {
+    /// Forgets the blocks of the last sort, of which there are `nodes`.
+    pub fn record_clear(&self, rec: &mut Recording, constants: &Constants, nodes: Groups) {
         let clear = cells::Clear { list: self.list, table: self.table, counts: self.counts, immediates: self.grid };
-        rec.call(&clear, constants, self.node_groups());
+        rec.call(&clear, constants, nodes);
     }
 
     /// Begins with no block, whatever was claimed for a sort that did not come.
@@ -155,10 +155,17 @@ impl Cells {
         gpu.write(live, 0, &[none])
     }
 
-    /// Sorts the particles into blocks and cells.
-    pub fn record_sort(&self, rec: &mut Recording, constants: &Constants, particles: Buf<Particle>, clock: Buf<Clock>) {
-        self.record_locate(rec, constants, particles, clock);
-        self.record_order(rec, constants, clock, false);
+    /// Sorts the particles into blocks and cells; `groups` of 64 at a time.
+    pub fn record_sort(
+        &self,
+        rec: &mut Recording,
+        constants: &Constants,
+        particles: Buf<Particle>,
+        clock: Buf<Clock>,
+        groups: Groups,
+    ) {
+        self.locate_in(rec, constants, particles, clock, groups);
+        self.order_in(rec, constants, clock, groups, false);
     }
 
     /// Finds the particles' cells and claims their blocks.
@@ -169,15 +176,29 @@ impl Cells {
         particles: Buf<Particle>,
         clock: Buf<Clock>,
     ) {
+        self.locate_in(rec, constants, particles, clock, Groups::Indirect(clock.erase(), PARTICLE_GROUPS));
+    }
+
+    fn locate_in(
+        &self,
+        rec: &mut Recording,
+        constants: &Constants,
+        particles: Buf<Particle>,
+        clock: Buf<Clock>,
+        groups: Groups,
+    ) {
         let Self { grid: immediates, table, keys, list, live, awake, .. } = *self;
         let (was, claimed) = (particles, table);
         let locate = cells::Locate { particles, keys, table, list, live, immediates, clock, was, claimed, awake };
-        rec.call(&locate, constants, Groups::Indirect(clock.erase(), PARTICLE_GROUPS));
+        rec.call(&locate, constants, groups);
     }
 
     /// Brings the particles, whose cells are known, into an order; `ticks` chooses the next substep on the way.
     pub fn record_order(&self, rec: &mut Recording, constants: &Constants, clock: Buf<Clock>, ticks: bool) {
-        let groups = Groups::Indirect(clock.erase(), PARTICLE_GROUPS);
+        self.order_in(rec, constants, clock, Groups::Indirect(clock.erase(), PARTICLE_GROUPS), ticks);
+    }
+
+    fn order_in(&self, rec: &mut Recording, constants: &Constants, clock: Buf<Clock>, groups: Groups, ticks: bool) {
         let Self { grid: immediates, table, list, counts, starts, keys, ranks, order, live, .. } = *self;
         let Self { spans, rows, marks, links, fills, awake, .. } = *self;
         rec.call(&cells::Count { keys, table, counts, ranks, clock, awake, immediates }, constants, groups);

@@ -31,6 +31,8 @@ pub struct FrameStats {
     pub recycled: u32,
     /// Attempts at the frame that were taken back and repeated with smaller steps.
     pub rejected: u32,
+    /// Steps of SPH that searched for neighbours; the others kept the lists they had.
+    pub searches: u32,
     /// Iterations of the solves for pressure and viscosity, where there are any.
     pub iterations: u32,
     /// Solves of them that ended with more error than they may have.

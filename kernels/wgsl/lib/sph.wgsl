@@ -1,7 +1,9 @@
 //! use lib/texel lib/grid lib/clock lib/particle lib/sph_kernel
-// What the kernels of SPH share. All particles have the same volume at rest V = h³, h half a cell of the sort; the fill
+// What the kernels of SPH share. All particles have the same volume at rest V = h³; the fill
 // s = V Σ W is their number density over that at rest (Solenthaler & Pajarola 2008), so bodies of any densities meet.
 
+// Side of a cell of the sort [h]: what is within 2 h, and a skin around that, is in the cells next to one's own.
+const CELL: f32 = 2.2;
 // Neighbours there is room for; 32 is a regular filling's number.
 const NEIGHBOURS: u32 = 64u;
 
@@ -38,7 +40,7 @@ fn between(a: f32, b: f32) -> f32 {
     return 2.0 * a * b / max(a + b, 1e-30);
 }
 
-fn h_of() -> f32 { return 0.5 * grid.dx; }
+fn h_of() -> f32 { return grid.dx / CELL; }
 
 // Words of the neighbour lists: four neighbours of each particle in turn.
 fn list_at(stride: u32, i: u32, n: u32) -> u32 {

@@ -1,6 +1,6 @@
-//! use lib/sph
-// The end of a step: friction at walls, the speed limit, new places, all written back to the particles by their numbers.
-// One lane a particle.
+//! use lib/sph lib/keep
+// The end of a step: friction at walls, the speed limit, new places, written both to what the next step begins with, should
+// it keep its lists, and back to the particles by their numbers. One lane a particle.
 //! texels points: vec4f
 //! texels flows: vec4f
 //! texels locals: Local
@@ -22,6 +22,11 @@ struct Vectors { d: array<vec4f> }
 @group(0) @binding(7) var<storage, read_write> particles: Vectors;     // six a particle
 // Of a body with an emitter p.yzw is the velocity in its nozzle, λ that times the place where it ends [m²/s].
 @group(0) @binding(8) var bodies: texture_1d<u32>;
+// As `sph/pack` leaves them.
+@group(0) @binding(9) var<storage, read_write> places: Vectors;    // x [m], density at rest [kg/m³]
+@group(0) @binding(10) var<storage, read_write> moves: Vectors;    // v [m/s], tag
+@group(0) @binding(11) var<storage, read_write> warm: Vectors;     // s, the pressure, and the parts to start from [Pa]
+@group(0) @binding(12) var<storage, read_write> keep: Keep;
 var<immediate> grid: Grid;
 
 var<workgroup> fastest: atomic<u32>;
@@ -71,10 +76,16 @@ fn step(i: u32, dt: f32) {
         let led = texel(bodies, at + 1u).yzw;
         if (dot(led, place.xyz) < texel(bodies, at).w) { v = led; } else { tag &= ~LED; }
     }
+    let x = place.xyz + dt * v;
+    let found = vec4f(own.fill, pressure, place.w, stir);
+    places.d[i] = vec4f(x, own.density);
+    moves.d[i] = vec4f(v, bitcast<f32>(tag));
+    warm.d[i] = found;
     let to = 6u * number;
-    particles.d[to] = vec4f(place.xyz + dt * v, bitcast<f32>(tag));
+    particles.d[to] = vec4f(x, bitcast<f32>(tag));
     particles.d[to + 1u] = vec4f(v, own.density * h_of() * h_of() * h_of());
-    // What is left of a particle's six vectors keeps s, the pressure [Pa], and the parts to start from.
-    particles.d[to + 5u] = vec4f(own.fill, pressure, place.w, stir);
+    particles.d[to + 5u] = found;
     if (length(v) > 0.0) { atomicMax(&fastest, bitcast<u32>(length(v))); }
+    // What is not finite is taken out by the sort, before anyone meets it.
+    if (!finite(x)) { atomicStore(&keep.spent, 1u); }
 }

@@ -1,6 +1,7 @@
-//! use lib/sph lib/spot
-// Lists each particle's neighbours: all within 2 h, and a few that are a hundredth further. One lane a particle, which
-// tests the rows of cells around its own, four candidates a load and 32 a word, a bit each; then it lists the bits.
+//! use lib/sph lib/spot lib/keep
+// Lists each particle's neighbours: all within 2 h and the skin, and a few that are a hundredth further. One lane a
+// particle, which tests the rows of cells around its own, four candidates a load and 32 a word, a bit each; then it lists
+// the bits. Where there is no room for all of them it lists those within 2 h, which hold for this step.
 //! texels spots: u32
 //! texels table: u32
 //! texels starts: u32
@@ -17,6 +18,7 @@ struct Vectors { d: array<vec4f> }
 @group(0) @binding(6) var<storage, read_write> clock: Clock;
 @group(0) @binding(7) var<storage, read_write> lists: Words;
 @group(0) @binding(8) var<storage, read_write> found: Words;       // how many
+@group(0) @binding(9) var<storage, read_write> keep: Keep;
 var<immediate> grid: Grid;
 
 // First place and number of the particles in cells first.x … last of a row, within one block.
@@ -43,21 +45,15 @@ fn bits(first: i32, end: i32) -> u32 {
     return select(0u, (0xffffffffu >> (32u - n)) << a, n > 0u);
 }
 
-@compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) id: vec3u) {
-    let stride = clock.particles;
-    let placed = live.cursor;
-    let blocks = min(live.blocks, grid.capacity);
-    let i = id.x;
-    if (i >= placed) { return; }
-    let cell = vec3i(base_node(grid, places.d[i].xyz));
+// Lists those within a reach (`reach_of`) of particle i, as many as there is room for; how many there are.
+fn list_within(reach: f32, i: u32, cell: vec3i, stride: u32, blocks: u32) -> u32 {
     let own = word(spots, i);
-    var n = 0u;
     // A cell's row of three is in one block or in two: that of the cell itself, and one beside it at its left or right.
     let low = max(cell.x - 1, cell.x & ~3);
     let high = min(cell.x + 1, cell.x | 3);
     let side = select(cell.x + 1, cell.x - 1, (cell.x & 3) == 0);
     let split = low != cell.x - 1 || high != cell.x + 1;
+    var n = 0u;
     for (var row = 0; row < 9; row++) {
         let y = cell.y + row % 3 - 1;
         let z = cell.z + row / 3 - 1;
@@ -76,8 +72,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             for (var k = 0u; k < 8u && at + k < total; k++) {
                 let load = at + k;
                 let four = textureLoad(spots, load + select(second, first, load < fours), 0);
-                let hit = select(0u, 1u, near_by(own, four.x)) | select(0u, 2u, near_by(own, four.y))
-                    | select(0u, 4u, near_by(own, four.z)) | select(0u, 8u, near_by(own, four.w));
+                let hit = select(0u, 1u, near_by(own, four.x, reach)) | select(0u, 2u, near_by(own, four.y, reach))
+                    | select(0u, 4u, near_by(own, four.z, reach)) | select(0u, 8u, near_by(own, four.w, reach));
                 near |= hit << (4u * k);
             }
             let shift = i32(4u * at);
@@ -90,6 +86,23 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 n += select(0u, 1u, j != i);
             }
         }
+    }
+    return n;
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    let stride = clock.particles;
+    let placed = live.cursor;
+    let blocks = min(live.blocks, grid.capacity);
+    let i = id.x;
+    if (i >= placed) { return; }
+    let cell = vec3i(base_node(grid, places.d[i].xyz));
+    var n = 0u;
+    for (var skin = keep.skin; ; skin = 0.0) {
+        n = list_within(reach_of(grid, 2.0 * h_of() + skin), i, cell, stride, blocks);
+        if (n <= NEIGHBOURS || skin == 0.0) { break; }
+        atomicStore(&keep.spent, 1u);
     }
     if (n > NEIGHBOURS) { atomicAdd(&clock.clamped_volume, 1u); }
     // The rest of the last four is itself, which gives nothing.

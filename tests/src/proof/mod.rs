@@ -64,6 +64,7 @@ pub static CASES: &[&Case] = &[
     &points::unproject::CASE,
     &source::recycle::CASE,
     &sph::advance::CASE,
+    &sph::clock::CASE,
     &sph::cohesion::CASE,
     &sph::density::CASE,
     &sph::descend::CASE,

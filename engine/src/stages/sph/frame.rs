@@ -2,7 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
-use physvideo_gpu::kernels::Clock;
+use physvideo_gpu::kernels::{Clock, Keep};
 use physvideo_gpu::{GpuError, Recording};
 
 use super::Sph;
@@ -127,6 +127,7 @@ impl Sph<'_> {
             if let Some(recycling) = &self.recycling {
                 stats.recycled = recycling.recycled(self.gpu)?;
             }
+            stats.searches = self.gpu.read(self.keep)?[0].searches;
             stats.iterations = solve.all;
             stats.unsolved = solve.unsolved;
             if let Some(viscous) = &self.viscous {
@@ -146,6 +147,8 @@ impl Sph<'_> {
         let slots = (2 * u64::from(grid.capacity)).min(dense) as u32;
         self.batch = None;
         self.gpu.free_arena("grid");
+        // The list of blocks is a new one, and empty.
+        self.gpu.write(self.keep, 0, &[Keep::default()])?;
         self.cells = Cells::new(self.gpu, grid, u64::from(self.count), slots, self.count.max(1))?;
         self.choose_groups()
     }

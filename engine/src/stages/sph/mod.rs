@@ -7,11 +7,12 @@ mod hot;
 mod start;
 mod viscous;
 
+use std::mem::offset_of;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Descent, Forces, Particle, Solve, Sums, mpm, sph};
+use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Descent, Forces, Keep, Particle, Solve, Sums, mpm, sph};
 use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Prepared, Recording};
 
 use self::hot::Hot;
@@ -43,6 +44,7 @@ pub struct Sph<'gpu> {
     colliders: Buf<Colliders>,
     sums: Buf<Sums>,
     solve: Buf<Solve>,
+    keep: Buf<Keep>,
     hot: Hot,
     viscous: Option<Viscous>,
     cells: Cells,
@@ -95,6 +97,7 @@ impl<'gpu> Sph<'gpu> {
             colliders: gpu.upload("run", "sph/colliders", &[colliders])?,
             sums: gpu.alloc("run", "sph/sums", count.div_ceil(64))?,
             solve: gpu.upload("run", "sph/solve", &[Solve::default()])?,
+            keep: gpu.upload("run", "sph/keep", &[Keep::default()])?,
             hot: Hot::new(gpu, count)?,
             viscous: limits(world).implicit.then(|| Viscous::new(gpu, count)).transpose()?,
             cells: Cells::new(gpu, grid, count, slots(world, &grid), count.max(1) as u32)?,
@@ -141,19 +144,22 @@ impl<'gpu> Sph<'gpu> {
         each * particles + sort + Recycling::bytes(world)
     }
 
-    /// One step: sort, neighbours, surroundings; forces and, in DFSPH, both solves; viscosity where it is solved for; new
-    /// places.
+    /// One step: sort and neighbours, where the last search does not hold any more; surroundings; forces and, in DFSPH,
+    /// both solves; viscosity where it is solved for; new places.
     pub fn record_step(&self, rec: &mut Recording) {
         let (k, hot) = (&self.constants, self.hot);
         let Cells { grid: immediates, table, keys, counts, starts, order, live, .. } = self.cells;
         let Self { particles, bodies, forces, clock, colliders, .. } = *self;
         let (each, counters) = (self.groups(), live.cast());
-        self.cells.record_clear(rec, k);
-        rec.call(&mpm::Clock { clock, live }, k, Groups::Direct([1, 1, 1]));
+        let keep = self.keep;
+        let at = |field: usize| Groups::Indirect(keep.erase(), field as u64);
+        let (searches, clears) = (at(offset_of!(Keep, groups)), at(offset_of!(Keep, clear)));
+        rec.call(&sph::Clock { clock, live, keep, immediates }, k, Groups::Direct([1, 1, 1]));
+        self.cells.record_clear(rec, k, clears);
         if let Some(recycling) = &self.recycling {
             recycling.record(rec, k, particles, self.deformations, clock, self.cells.awake);
         }
-        self.cells.record_sort(rec, k, particles, clock);
+        self.cells.record_sort(rec, k, particles, clock, searches);
         let Hot {
             places, moves, warm, numbers, spots, lists, found, crowds, locals, points, flows, flown, stirs, ..
         } = hot;
@@ -174,11 +180,11 @@ impl<'gpu> Sph<'gpu> {
                 immediates,
             },
             k,
-            each,
+            searches,
         );
-        let search =
-            sph::Search { spots, table, starts, counts, places, live: counters, clock, lists, found, immediates };
-        rec.call(&search, k, each);
+        let live = counters;
+        let search = sph::Search { spots, table, starts, counts, places, live, clock, lists, found, keep, immediates };
+        rec.call(&search, k, searches);
         rec.call(&sph::Density { places, lists, found, live: counters, clock, crowds, immediates }, k, each);
         let surround = sph::Surround {
             places,
@@ -241,6 +247,10 @@ impl<'gpu> Sph<'gpu> {
                 clock,
                 particles,
                 bodies,
+                places,
+                moves,
+                warm,
+                keep,
                 immediates,
             },
             k,
@@ -268,7 +278,7 @@ impl<'gpu> Sph<'gpu> {
             sph::Source { places, flows, lists, crowds, locals, warm, live, clock, points, wants, stirs, immediates };
         rec.call(&source, &k, self.groups());
         let press = sph::Press { points, lists, crowds, locals, live, clock, pushes, flows, immediates };
-        let pass = Groups::Indirect(solve.erase(), std::mem::offset_of!(Solve, groups) as u64);
+        let pass = Groups::Indirect(solve.erase(), offset_of!(Solve, groups) as u64);
         let most = MOST_ITERATIONS[usize::from(divergence)];
         for turn in 1..=most {
             rec.call(&press, &k, pass);

@@ -66,24 +66,26 @@ pub fn bench(gpu: &Gpu, pressure: Pressure, n: usize, steps: u32, repeats: usize
     let length = steps as f32 * STEP;
     sph.frame(length).map_err(say)?; // drivers compile at the first dispatch
     let mut times = Vec::new();
-    let (mut iterations, mut taken, mut clamps) = (0, 0, 0);
+    let (mut iterations, mut taken, mut clamps, mut searches) = (0, 0, 0, 0);
     for _ in 0..repeats.max(1) {
         let begin = Instant::now();
         let stats = sph.frame(length).map_err(say)?;
         times.push(begin.elapsed().as_secs_f64() / f64::from(stats.substeps));
         iterations += stats.iterations;
         taken += stats.substeps;
+        searches += stats.searches;
         clamps += stats.clamped_velocity + stats.quarantined + stats.clamped_volume + stats.unsolved;
     }
     times.sort_by(f64::total_cmp);
     let (best, median) = (times[0], times[times.len() / 2]);
     let m = sph.measure(0).map_err(say)?;
     println!(
-        "{pressure:?}: {count} particles, {:.0} ns a particle and step [best {:.0}], {:.1} iterations a step, {clamps} \
-         limits hit; centre of mass at {:.6} m, kinetic energy {:.3} J after {:.3} s",
+        "{pressure:?}: {count} particles, {:.0} ns a particle and step [best {:.0}], {:.1} iterations a step, {:.2} searches a \
+         step, {clamps} limits hit; centre of mass at {:.6} m, kinetic energy {:.3} J after {:.3} s",
         median * 1e9 / count,
         best * 1e9 / count,
         f64::from(iterations) / f64::from(taken.max(1)),
+        f64::from(searches) / f64::from(taken.max(1)),
         m.height / m.mass,
         m.kinetic,
         sph.time()

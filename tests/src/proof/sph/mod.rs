@@ -1,6 +1,7 @@
 //! Proofs of `wgsl/sph`, and the equations their twins share, in f64. Written from the equations, not from the WGSL.
 
 pub mod advance;
+pub mod clock;
 pub mod cohesion;
 pub mod density;
 pub mod descend;
@@ -33,9 +34,12 @@ pub fn vec3(v: &[f32]) -> Vec3 {
     Vec3::new(v[0].into(), v[1].into(), v[2].into())
 }
 
+/// Side of a cell of the sort [h].
+pub const CELL: f64 = 2.2;
+
 /// Smoothing length of the proofs' grid [m].
 pub fn h() -> f64 {
-    0.5 * f64::from(grid().dx)
+    f64::from(grid().dx) / CELL
 }
 
 /// A place in one word: 1/256 of a cell, modulo 8 cells in x and y, 4 in z.
