@@ -221,7 +221,7 @@ const LATENT: [(&str, &str, &str, &str); 30] = [
 ];
 
 /// The same for liquids.
-const SPH: [(&str, &str, &str, &str); 44] = [
+const SPH: [(&str, &str, &str, &str); 46] = [
     ("sph/pack", "sph/pack", "< p);", "<= p);"),
     ("sph/pack", "sph/pack", "texel(was, 6u * p + 5u)", "texel(was, 6u * p + 4u)"),
     ("sph/pack", "lib/spot", "(q.y & 0x7ffu) << 10u", "(q.y & 0x7ffu) << 11u"),
@@ -232,6 +232,8 @@ const SPH: [(&str, &str, &str, &str); 44] = [
     ("sph/clock", "sph/clock", "RECYCLES || opens ||", "RECYCLES ||"),
     ("sph/clock", "sph/clock", "if (made > 0u) { keep.nodes = made; }", ""),
     ("sph/clock", "sph/clock", "0.5 * keep.skin", "keep.skin"),
+    ("sph/clock", "lib/keep", "~r, r & 0x7fffffffu", "r, r & 0x7fffffffu"),
+    ("sph/advance", "sph/advance", "v - keep.drift", "v"),
     ("sph/advance", "sph/advance", "if (!finite(x)) {", "if (false) {"),
     ("sph/advance", "sph/advance", "warm.d[i] = found;", ""),
     ("sph/search", "sph/search", "(cell.x & 3) == 0", "(cell.x & 3) == 1"),

@@ -30,22 +30,24 @@ struct Vectors { d: array<vec4f> }
 var<immediate> grid: Grid;
 
 var<workgroup> fastest: atomic<u32>;
+var<workgroup> apart: atomic<u32>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     let dt = clock.dt;
     let sound = clock.wave_speed;
     let placed = live.cursor;
-    if (id.x < placed) { step(id.x, dt); }
+    if (id.x < placed) { step(id.x, lane, dt); }
     workgroupBarrier();
     if (lane == 0u) {
         // What is heard at the speed of sound is carried along.
         let most = bitcast<f32>(atomicLoad(&fastest)) + sound;
         atomicMax(&clock.speed_bits, bitcast<u32>(most));
+        atomicMax(&keep.apart, atomicLoad(&apart));
     }
 }
 
-fn step(i: u32, dt: f32) {
+fn step(i: u32, lane: u32, dt: f32) {
     let place = texel(points, i);
     let own = load_local(locals, i);
     var v = texel(flows, i).xyz;
@@ -87,5 +89,15 @@ fn step(i: u32, dt: f32) {
     particles.d[to + 5u] = found;
     if (length(v) > 0.0) { atomicMax(&fastest, bitcast<u32>(length(v))); }
     // What is not finite is taken out by the sort, before anyone meets it.
-    if (!finite(x)) { atomicStore(&keep.spent, 1u); }
+    if (!finite(x)) {
+        atomicStore(&keep.spent, 1u);
+        return;
+    }
+    atomicMax(&apart, bitcast<u32>(length(v - keep.drift)));
+    if (lane == 0u) {
+        for (var a = 0u; a < 3u; a++) {
+            atomicMin(&keep.low[a], ranked(v[a]));
+            atomicMax(&keep.high[a], ranked(v[a]));
+        }
+    }
 }

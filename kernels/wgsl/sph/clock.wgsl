@@ -13,11 +13,14 @@ var<immediate> grid: Grid;
 @compute @workgroup_size(1)
 fn main() {
     let opens = clock.substeps == 0u;
-    // Sound is counted with the fastest particle, and rounds what is left of it.
-    let sound = clock.wave_speed;
-    let heard = bitcast<f32>(min(atomicLoad(&clock.speed_bits), 0x7f7fffffu));
-    let speed = max(heard - sound, 0.0) + 1e-6 * heard;
+    let speed = bitcast<f32>(min(atomicLoad(&keep.apart), 0x7f7fffffu));
     keep.moved += clock.dt * speed;
+    atomicStore(&keep.apart, 0u);
+    for (var a = 0u; a < 3u; a++) {
+        let low = atomicExchange(&keep.low[a], 0xffffffffu);
+        let high = atomicExchange(&keep.high[a], 0u);
+        keep.drift[a] = select(0.0, 0.5 * (unranked(low) + unranked(high)), low <= high);
+    }
     let made = atomicLoad(&live.nodes);
     if (made > 0u) { keep.nodes = made; }
     if (opens) { keep.searches = 0u; }

@@ -2,10 +2,11 @@
 
 use std::sync::atomic::Ordering;
 
-use physvideo_gpu::kernels::{Clock, Keep};
+use physvideo_gpu::kernels::Clock;
 use physvideo_gpu::{GpuError, Recording};
 
 use super::Sph;
+use super::start::no_lists;
 use crate::stages::cells::Cells;
 use crate::stages::solver::{Fastest, FrameStats};
 
@@ -148,7 +149,7 @@ impl Sph<'_> {
         self.batch = None;
         self.gpu.free_arena("grid");
         // The list of blocks is a new one, and empty.
-        self.gpu.write(self.keep, 0, &[Keep::default()])?;
+        self.gpu.write(self.keep, 0, &[no_lists()])?;
         self.cells = Cells::new(self.gpu, grid, u64::from(self.count), slots, self.count.max(1))?;
         self.choose_groups()
     }

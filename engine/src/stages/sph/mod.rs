@@ -97,7 +97,7 @@ impl<'gpu> Sph<'gpu> {
             colliders: gpu.upload("run", "sph/colliders", &[colliders])?,
             sums: gpu.alloc("run", "sph/sums", count.div_ceil(64))?,
             solve: gpu.upload("run", "sph/solve", &[Solve::default()])?,
-            keep: gpu.upload("run", "sph/keep", &[Keep::default()])?,
+            keep: gpu.upload("run", "sph/keep", &[start::no_lists()])?,
             hot: Hot::new(gpu, count)?,
             viscous: limits(world).implicit.then(|| Viscous::new(gpu, count)).transpose()?,
             cells: Cells::new(gpu, grid, count, slots(world, &grid), count.max(1) as u32)?,

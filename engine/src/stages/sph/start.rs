@@ -2,7 +2,7 @@
 
 use bytemuck::Zeroable;
 use physvideo_gpu::Constants;
-use physvideo_gpu::kernels::{self, Deformation, Particle};
+use physvideo_gpu::kernels::{self, Deformation, Keep, Particle};
 
 use crate::fluid::limits;
 use crate::scene::Pressure;
@@ -50,6 +50,11 @@ pub(super) fn bodies(world: &World) -> Vec<kernels::Body> {
         body
     };
     world.bodies.iter().map(each).collect()
+}
+
+/// Before any search: no list holds, no velocity is known.
+pub(super) fn no_lists() -> Keep {
+    Keep { low: [u32::MAX; 3], ..Default::default() }
 }
 
 /// Largest speed at the start [m/s].

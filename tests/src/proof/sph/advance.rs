@@ -59,7 +59,7 @@ fn inputs(ask: Ask) -> Call {
         .with("bodies", &bodies())
         .with("moves", &vec![[5.0f32; 4]; n])
         .with("warm", &vec![[5.0f32; 4]; n])
-        .with("keep", &[Keep::default()])
+        .with("keep", &[Keep { drift: [0.4, -0.3, 0.2], low: [u32::MAX; 3], ..Default::default() }])
         .constant("NOZZLES", (ask.seed % 2) as f64)
 }
 
@@ -67,6 +67,12 @@ fn inputs(ask: Ask) -> Call {
 fn bodies() -> Vec<Body> {
     let nozzle = |v: [f32; 3], lambda| Body { p: [9.0, v[0], v[1], v[2]], lambda, ..Default::default() };
     vec![nozzle([1.0, -0.5, 2.0], 0.45), nozzle([0.0, 0.0, -1.5], -0.2), nozzle([0.0; 3], 0.0)]
+}
+
+/// A number as a word, so that words are ordered as the numbers are.
+pub fn ranked(x: f32) -> u32 {
+    let bits = x.to_bits();
+    if x.is_sign_negative() { !bits } else { bits | 1 << 31 }
 }
 
 fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
@@ -83,7 +89,8 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let (mut got, mut want, mut scale) = (Vec::new(), Vec::new(), Vec::new());
     // Workgroups without particles report the speed of sound alone.
     let (mut clamped, mut fastest, mut tags) = (0, f64::from(b.one::<Clock>("clock").wave_speed), true);
-    let (mut alike, mut lost) = (true, 0);
+    let (mut alike, mut lost, mut apart) = (true, 0, 0.0);
+    let mut sample = Vec::new();
     for i in 0..placed {
         let own = &locals[i];
         let (mut v, wall) = (vec3(&flows[i]), vec3(&own.wall));
@@ -120,6 +127,10 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         }
         alike &= places[i][..3] == p[0][..3] && places[i][3] == own.density && warm[i] == p[5];
         alike &= moves[i][..3] == p[1][..3] && moves[i][3].to_bits() == p[0][3].to_bits();
+        apart = f64::max(apart, (v - vec3(&b.one::<Keep>("keep").drift)).norm());
+        if i % 64 == 0 {
+            sample.push(p[1]);
+        }
         fastest = fastest.max(v.norm() + f64::from(b.one::<Clock>("clock").wave_speed));
         let x = vec3(&points[i]) + v * dt;
         got.extend([p[0], p[1]].iter().flat_map(|r| r[..3].to_vec()).chain(p[5]).map(f64::from));
@@ -130,12 +141,18 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         scale.push(density * h().powi(3));
         tags &= p[0][3].to_bits() == tag && (2..5).all(|k| p[k] == [5.0; 4]);
     }
-    let clock: Clock = out.one("clock");
+    let (clock, keep): (Clock, Keep) = (out.one("clock"), out.one("keep"));
+    let extreme = |start: u32, of: fn(u32, u32) -> u32| -> [u32; 3] {
+        std::array::from_fn(|a| sample.iter().map(|v| ranked(v[a])).fold(start, of))
+    };
     vec![
         Compared::close("particles", got, want, scale),
         Compared::fact("tags are kept, and what is not theirs", tags),
         Compared::fact("the next step may begin with the same", alike),
-        Compared::equal("what is not finite ends the lists", &[out.one::<Keep>("keep").spent], &[lost.min(1)]),
+        Compared::equal("what is not finite ends the lists", &[keep.spent], &[lost.min(1)]),
+        Compared::near("beyond the common velocity", vec![f32::from_bits(keep.apart).into()], vec![apart], apart + 1e-9),
+        Compared::equal("least of the sample", &keep.low, &extreme(u32::MAX, u32::min)),
+        Compared::equal("largest of the sample", &keep.high, &extreme(0, u32::max)),
         Compared::equal("too fast", &[clock.clamped_velocity], &[clamped]),
         Compared::near("fastest", vec![f32::from_bits(clock.speed_bits).into()], vec![fastest], fastest + 1e-9),
     ]
