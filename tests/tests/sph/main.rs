@@ -5,6 +5,7 @@ mod dam;
 mod drop;
 mod emitter;
 mod guard;
+mod lists;
 mod motion;
 mod slump;
 mod spin;

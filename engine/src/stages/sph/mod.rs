@@ -12,7 +12,9 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Descent, Forces, Keep, Particle, Solve, Sums, mpm, sph};
+use physvideo_gpu::kernels::{
+    self, Clock, Colliders, Deformation, Descent, Forces, Keep, Particle, Solve, Sums, mpm, sph,
+};
 use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Prepared, Recording};
 
 use self::hot::Hot;

@@ -128,7 +128,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         alike &= places[i][..3] == p[0][..3] && places[i][3] == own.density && warm[i] == p[5];
         alike &= moves[i][..3] == p[1][..3] && moves[i][3].to_bits() == p[0][3].to_bits();
         apart = f64::max(apart, (v - vec3(&b.one::<Keep>("keep").drift)).norm());
-        if i % 64 == 0 {
+        if numbers[i] % 64 == 0 {
             sample.push(p[1]);
         }
         fastest = fastest.max(v.norm() + f64::from(b.one::<Clock>("clock").wave_speed));
@@ -150,7 +150,12 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         Compared::fact("tags are kept, and what is not theirs", tags),
         Compared::fact("the next step may begin with the same", alike),
         Compared::equal("what is not finite ends the lists", &[keep.spent], &[lost.min(1)]),
-        Compared::near("beyond the common velocity", vec![f32::from_bits(keep.apart).into()], vec![apart], apart + 1e-9),
+        Compared::near(
+            "beyond the common velocity",
+            vec![f32::from_bits(keep.apart).into()],
+            vec![apart],
+            apart + 1e-9,
+        ),
         Compared::equal("least of the sample", &keep.low, &extreme(u32::MAX, u32::min)),
         Compared::equal("largest of the sample", &keep.high, &extreme(0, u32::max)),
         Compared::equal("too fast", &[clock.clamped_velocity], &[clamped]),
