@@ -26,7 +26,7 @@ fn inputs(ask: Ask) -> Call {
     }
     // Every second time one cell is so full that its row is gone through in two goes.
     let grid = grid();
-    for p in cloud.particles.iter_mut().take(if ask.seed.is_multiple_of(2) { 48 } else { 0 }) {
+    for p in cloud.particles.iter_mut().take(if ask.seed.is_multiple_of(2) { 60 } else { 0 }) {
         for (x, origin) in p.x.iter_mut().zip(grid.origin) {
             *x = origin + grid.dx * (6.5 + ((*x - origin) / grid.dx - 0.5).rem_euclid(1.0));
         }
@@ -50,7 +50,7 @@ fn inputs(ask: Ask) -> Call {
         .with("clock", &[Clock { particles: ask.items as u32, ..Default::default() }])
         .with("lists", &vec![u32::MAX; 64 * ask.items])
         .with("found", &vec![u32::MAX; ask.items])
-        .with("keep", &[Keep { skin: [0.0, 0.19, 0.06][ask.seed as usize % 3] * h() as f32, ..Default::default() }])
+        .with("keep", &[Keep { skin: [0.19, 0.0, 0.06][ask.seed as usize % 3] * h() as f32, ..Default::default() }])
         .grid(&sorted.grid)
 }
 
