@@ -69,6 +69,8 @@ pub struct Report {
     pub size: Option<[u32; 2]>,
     /// Substeps taken, those of rejected attempts included.
     pub substeps: u64,
+    /// Steps of SPH that searched for neighbours; in the others the lists of the last search held.
+    pub searches: u64,
     /// Substeps' sizes [s].
     pub dt: Option<Range>,
     /// Objects that the stiffness cap has made softer, and how much.
@@ -254,6 +256,7 @@ impl Report {
     /// Adds what happened in a frame.
     pub fn count(&mut self, stats: &FrameStats) {
         self.substeps += u64::from(stats.substeps);
+        self.searches += u64::from(stats.searches);
         self.clamps.velocity += u64::from(stats.clamped_velocity);
         self.clamps.strain += u64::from(stats.clamped_strain);
         self.clamps.volume += u64::from(stats.clamped_volume);

@@ -88,6 +88,7 @@ impl Sph<'_> {
             let watch = self.guarded && stats.rejected < MOST_REJECTED;
             let clock = self.attempt(length, watch)?;
             stats.substeps += clock.substeps;
+            stats.searches += self.gpu.read(self.keep)?[0].searches;
             if clock.particle_groups[0] > 0 {
                 self.gpu.run(&back)?;
                 stats.stopped = true;
@@ -128,7 +129,6 @@ impl Sph<'_> {
             if let Some(recycling) = &self.recycling {
                 stats.recycled = recycling.recycled(self.gpu)?;
             }
-            stats.searches = self.gpu.read(self.keep)?[0].searches;
             stats.iterations = solve.all;
             stats.unsolved = solve.unsolved;
             if let Some(viscous) = &self.viscous {
