@@ -173,6 +173,10 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
     refuse_wide(domain, world.cell())?;
     let capped = scene.simulation.stiffness_cap.map_or_else(Vec::new, |share| cap::apply(share, &mut world));
     notes.extend(capped.iter().map(Capped::line));
+    let elastic = elastic::choose(scene.simulation.elastic, &world)?;
+    if !elastic.total_lagrangian {
+        notes.extend(elastic::undamped(&mut world));
+    }
     // Time is kept in f32: a step below its rounding would never reach the frame's end.
     let (step, frame) = (world.step(), 1.0 / scene.output.fps);
     if !world.bodies.is_empty() && step < frame * LEAST_STEP {
@@ -185,7 +189,6 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
             ),
         ));
     }
-    let elastic = elastic::choose(scene.simulation.elastic, &world)?;
     Ok(Assembled { world, elastic, capped, colors, object_of, statics, view, camera, size, notes, wall_ms })
 }
 
@@ -390,6 +393,7 @@ fn body(
         // A photograph shows a held body sagged. One that nothing holds stands on something, and may fall from it.
         prestress,
         friction: object.friction,
+        damping: object.damping,
         fields,
         recycle: world::recycle(object, scene.seed, index as u32),
         emission: None,

@@ -23,6 +23,7 @@ fn cube(up: f32, material: Material) -> Body {
         fields: 0,
         recycle: None,
         emission: None,
+        damping: 0.0,
     }
 }
 

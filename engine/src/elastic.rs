@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use crate::assemble::Assembled;
 use crate::scene::{Elastic, Kind, Pressure, Problem};
 use crate::stages::lagrangian;
-use crate::world::World;
+use crate::world::{Body, World};
 
 /// The solver of a world.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -50,6 +50,19 @@ pub fn choose(asked: Elastic, world: &World) -> Result<Choice, Problem> {
             },
         }),
     }
+}
+
+/// Takes damping from bodies that the shared grid moves, which does not have it; says whose.
+pub fn undamped(world: &mut World) -> Vec<String> {
+    let damped = world.bodies.iter_mut().filter(|b| b.damping > 0.0);
+    let note = |b: &mut Body| {
+        b.damping = 0.0;
+        format!(
+            "`damping` of '{}' is left out: it acts on elastic bodies on grids of their own, and MPM moves this one",
+            b.name
+        )
+    };
+    damped.map(note).collect()
 }
 
 /// Two bodies of which particles lie closer than half of their spacing: those that only touch are a whole one apart.

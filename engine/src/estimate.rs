@@ -172,6 +172,7 @@ mod tests {
             fields: 0,
             recycle: None,
             emission: None,
+            damping: 0.0,
         };
         World {
             bodies: vec![body],

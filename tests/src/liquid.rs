@@ -31,6 +31,7 @@ pub fn liquid(density: f32, viscosity: f32, h: f64, positions: Vec<[f32; 3]>) ->
         gravity: None,
         recycle: None,
         emission: None,
+        damping: 0.0,
         positions,
     }
 }

@@ -124,7 +124,10 @@ const POINTS: [(&str, &str, &str, &str); 23] = [
 ];
 
 /// The same for elastic bodies on grids of their own.
-const LAGRANGIAN: [(&str, &str, &str, &str); 36] = [
+const LAGRANGIAN: [(&str, &str, &str, &str); 39] = [
+    ("lagrangian/force", "lib/stress", "z + sqrt(1.0 + z * z)", "sqrt(1.0 + z * z)"),
+    ("lagrangian/force", "lib/stress", "s[1].y += swells;", ""),
+    ("lagrangian/thin", "lagrangian/thin", "derivatives(motion, wd)", "derivatives(motion, wc)"),
     ("lagrangian/contact", "lib/touch", "min(abs(s), 1.0)", "abs(s)"),
     ("lagrangian/force", "piola/corotated", "2.0 * b.mu) * e", "1.999 * b.mu) * e"),
     ("lagrangian/force", "piola/neo_hookean", "vec4f(LEAST_VOLUME));", "vec4f(0.06));"),

@@ -146,6 +146,7 @@ mod tests {
             fields: 0,
             recycle: None,
             emission: None,
+            damping: 0.0,
             positions,
         };
         World {

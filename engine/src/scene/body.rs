@@ -29,6 +29,11 @@ pub struct Object {
     #[serde(default = "default_friction")]
     #[schemars(range(min = 0.0))]
     pub friction: f32,
+    /// Damping time β [s] of an elastic body on a grid of its own: its stress gains β times its rate (Kelvin–Voigt), so a
+    /// vibration at f Hz has π f β of critical damping. A jelly's is some 1e-3 s.
+    #[serde(default)]
+    #[schemars(range(min = 0.0))]
+    pub damping: f32,
     /// Initial velocity [m/s].
     #[serde(default)]
     pub velocity: [f32; 3],

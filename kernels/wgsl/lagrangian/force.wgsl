@@ -2,13 +2,14 @@
 // Forces of each cell on its 27 nodes, f = −Σ V0 P(F) ∇N with F = I + Σ u ⊗ ∇N at its points, and what pushes their
 // surface: Σ N f. One lane a cell; sums go axis by axis, down to the points and back up.
 // A cell of eight points: 33 loads (27 of them displacements), 27 stores of four words, some 3600 operations; one that
-// may be pushed 56 loads more. On a software driver 25 ns of processor time a point of a cube of 37³, where it was 46: of
+// may be pushed 56 loads more, and one that is damped 27 and its points' rates. On a software driver 25 ns of processor time a point of a cube of 37³, where it was 46: of
 // those 10 are stores, 1 loads, 14 arithmetic. What helped: four polar decompositions at once (10 ns), pushes in a call of
 // their own (6), as many lanes as cells (8). What did not: 12 bytes a store for 16; three steps of third order for ten
 // of Newton (9, but not exact where a point is inside out) and leaving either early point by point (5).
 //! texels cells: ElasticCell
 //! texels solids: Solid
 //! texels u: vec4f
+//! texels v: vec4f
 //! texels pushes: vec4f
 
 // The cells that something may push, in a call of their own: a software driver spends on a branch whether or not it is
@@ -22,6 +23,7 @@ struct Vectors { d: array<vec4f> }
 @group(0) @binding(3) var pushes: texture_1d<u32>;      // four a point at the surface, see `contact`
 @group(0) @binding(4) var<storage, read_write> shares: Vectors;     // node 0 of every cell, node 1 of every cell, …
 @group(0) @binding(5) var<storage, read_write> clock: Clock;
+@group(0) @binding(6) var v: texture_1d<u32>;           // velocity of the nodes [m/s]
 var<immediate> reference: Reference;
 
 // At the lower and at the upper quarter of a cell.
@@ -61,18 +63,18 @@ fn add(p: Three, q: Three) -> Three {
 // Along x done: values and slopes.
 struct Line { v: Two, x: Two }
 
-fn line(first: u32) -> Line {
-    let n = Three(texel(u, first).xyz, texel(u, first + 1u).xyz, texel(u, first + 2u).xyz);
+fn line(t: texture_1d<u32>, first: u32) -> Line {
+    let n = Three(texel(t, first).xyz, texel(t, first + 1u).xyz, texel(t, first + 2u).xyz);
     return Line(values(n), slopes(n));
 }
 
 // Along x and y done; the first letter is what, the second where along x.
 struct Layer { va: Two, vb: Two, xa: Two, xb: Two, ya: Two, yb: Two }
 
-fn layer(rows: vec3u) -> Layer {
-    let l = line(rows.x);
-    let m = line(rows.y);
-    let r = line(rows.z);
+fn layer(t: texture_1d<u32>, rows: vec3u) -> Layer {
+    let l = line(t, rows.x);
+    let m = line(t, rows.y);
+    let r = line(t, rows.z);
     let a = Three(l.v.a, m.v.a, r.v.a);
     let b = Three(l.v.b, m.v.b, r.v.b);
     return Layer(values(a), values(b), values(Three(l.x.a, m.x.a, r.x.a)), values(Three(l.x.b, m.x.b, r.x.b)),
@@ -121,18 +123,38 @@ fn column(p: mat3x3f, q: mat3x3f, mask: u32, skin: u32, corner: u32) -> Column {
 
 struct Columns { a: Column, b: Column }
 
-// Two columns side by side along x: displacement and its slopes along x and y in their three layers.
-fn columns(solid: Solid, va: Three, xa: Three, ya: Three, vb: Three, xb: Three, yb: Three, mask: u32, skin: u32,
-    corner: u32) -> Columns {
-    let fxa = values(xa);
-    let fya = values(ya);
-    let fza = slopes(va);
-    let fxb = values(xb);
-    let fyb = values(yb);
-    let fzb = slopes(vb);
+// Two columns side by side along x: a field and its slopes along x and y in their three layers.
+struct Pair { va: Three, xa: Three, ya: Three, vb: Three, xb: Three, yb: Three }
+
+fn near(l: Layer, m: Layer, r: Layer) -> Pair {
+    return Pair(Three(l.va.a, m.va.a, r.va.a), Three(l.xa.a, m.xa.a, r.xa.a), Three(l.ya.a, m.ya.a, r.ya.a),
+        Three(l.vb.a, m.vb.a, r.vb.a), Three(l.xb.a, m.xb.a, r.xb.a), Three(l.yb.a, m.yb.a, r.yb.a));
+}
+
+fn far(l: Layer, m: Layer, r: Layer) -> Pair {
+    return Pair(Three(l.va.b, m.va.b, r.va.b), Three(l.xa.b, m.xa.b, r.xa.b), Three(l.ya.b, m.ya.b, r.ya.b),
+        Three(l.vb.b, m.vb.b, r.vb.b), Three(l.xb.b, m.xb.b, r.xb.b), Three(l.yb.b, m.yb.b, r.yb.b));
+}
+
+// Derivatives at their four points: low a, low b, high a, high b.
+fn derivatives(p: Pair) -> Four {
+    let fxa = values(p.xa);
+    let fya = values(p.ya);
+    let fza = slopes(p.va);
+    let fxb = values(p.xb);
+    let fyb = values(p.yb);
+    let fzb = slopes(p.vb);
+    return Four(slope(fxa.a, fya.a, fza.a), slope(fxb.a, fyb.a, fzb.a), slope(fxa.b, fya.b, fza.b),
+        slope(fxb.b, fyb.b, fzb.b));
+}
+
+// Two columns from displacement and velocity.
+fn columns(solid: Solid, place: Pair, motion: Pair, mask: u32, skin: u32, corner: u32) -> Columns {
     let exists = (vec4u(mask >> corner) & vec4u(1u, 2u, 16u, 32u)) != vec4u(0u);
-    let p = stress(solid, Four(gradient(fxa.a, fya.a, fza.a), gradient(fxb.a, fyb.a, fzb.a),
-        gradient(fxa.b, fya.b, fza.b), gradient(fxb.b, fyb.b, fzb.b)), select(vec4f(0.0), vec4f(1.0), exists));
+    let share = select(vec4f(0.0), vec4f(1.0), exists);
+    let f = all_deformed(derivatives(place));
+    var p = stress(solid, f, share);
+    if (DAMPED) { p = damped(solid, p, f, derivatives(motion), share); }
     return Columns(column(p.a, p.c, mask, skin, corner), column(p.b, p.d, mask, skin, corner + 1u));
 }
 
@@ -166,17 +188,23 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let last = textureLoad(cells, 3u * i + 2u, 0);
     let mask = last.y;
     let solid = load_solid(solids, mask >> 16u);
-    let l = layer(low.xyz);
-    let m = layer(vec3u(low.w, high.xy));
-    let r = layer(vec3u(high.zw, last.x));
-    let near = columns(solid, Three(l.va.a, m.va.a, r.va.a), Three(l.xa.a, m.xa.a, r.xa.a), Three(l.ya.a, m.ya.a, r.ya.a),
-        Three(l.vb.a, m.vb.a, r.vb.a), Three(l.xb.a, m.xb.a, r.xb.a), Three(l.yb.a, m.yb.a, r.yb.a), mask, last.z, 0u);
-    let far = columns(solid, Three(l.va.b, m.va.b, r.va.b), Three(l.xa.b, m.xa.b, r.xa.b), Three(l.ya.b, m.ya.b, r.ya.b),
-        Three(l.vb.b, m.vb.b, r.vb.b), Three(l.xb.b, m.xb.b, r.xb.b), Three(l.yb.b, m.yb.b, r.yb.b), mask, last.z, 2u);
-    let aa = near.a;
-    let ba = near.b;
-    let ab = far.a;
-    let bb = far.b;
+    let l = layer(u, low.xyz);
+    let m = layer(u, vec3u(low.w, high.xy));
+    let r = layer(u, vec3u(high.zw, last.x));
+    var vl: Layer;
+    var vm: Layer;
+    var vr: Layer;
+    if (DAMPED) {
+        vl = layer(v, low.xyz);
+        vm = layer(v, vec3u(low.w, high.xy));
+        vr = layer(v, vec3u(high.zw, last.x));
+    }
+    let front = columns(solid, near(l, m, r), near(vl, vm, vr), mask, last.z, 0u);
+    let back = columns(solid, far(l, m, r), far(vl, vm, vr), mask, last.z, 2u);
+    let aa = front.a;
+    let ba = front.b;
+    let ab = back.a;
+    let bb = back.b;
     let to = last.w;
     put_layer(to, aa.x.l, ab.x.l, ba.x.l, bb.x.l, aa.y.l, ab.y.l, ba.y.l, bb.y.l, aa.v.l, ab.v.l, ba.v.l, bb.v.l);
     put_layer(to + 9u * reference.cells, aa.x.m, ab.x.m, ba.x.m, bb.x.m, aa.y.m, ab.y.m, ba.y.m, bb.y.m, aa.v.m, ab.v.m, ba.v.m, bb.v.m);

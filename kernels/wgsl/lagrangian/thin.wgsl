@@ -9,6 +9,7 @@
 //! texels thins: ThinCell
 //! texels places: Place
 //! texels u: vec4f
+//! texels v: vec4f
 //! texels shares_was: vec4f
 
 struct Vectors { d: array<vec4f> }
@@ -20,6 +21,7 @@ struct Vectors { d: array<vec4f> }
 @group(0) @binding(5) var shares_was: texture_1d<u32>;      // the same buffer, read and then written by its lane
 @group(0) @binding(6) var<storage, read_write> shares: Vectors;
 @group(0) @binding(7) var<storage, read_write> clock: Clock;
+@group(0) @binding(8) var v: texture_1d<u32>;               // velocity of the nodes [m/s]
 var<immediate> reference: Reference;
 
 // The nodes of a row along x.
@@ -29,6 +31,11 @@ struct Rows { a: Row, b: Row, c: Row, d: Row, e: Row, f: Row, g: Row, h: Row, i:
 
 fn load(t: texture_1d<u32>, first: u32, step: u32) -> Row {
     return Row(texel(t, first).xyz, texel(t, first + step).xyz, texel(t, first + 2u * step).xyz);
+}
+
+fn rows(t: texture_1d<u32>, low: vec4u, high: vec4u, last: u32) -> Rows {
+    return Rows(load(t, low.x, 1u), load(t, low.y, 1u), load(t, low.z, 1u), load(t, low.w, 1u), load(t, high.x, 1u),
+        load(t, high.y, 1u), load(t, high.z, 1u), load(t, high.w, 1u), load(t, last, 1u));
 }
 
 // Value and derivative along x of a row.
@@ -57,11 +64,11 @@ fn flat(a: Row, b: Row, c: Row, w: Weights) -> Layer {
         w.wy.x * p.v + w.wy.y * q.v + w.wy.z * r.v);
 }
 
-fn deformation(n: Rows, w: Weights) -> mat3x3f {
+fn derivatives(n: Rows, w: Weights) -> mat3x3f {
     let l = flat(n.a, n.b, n.c, w);
     let m = flat(n.d, n.e, n.f, w);
     let r = flat(n.g, n.h, n.i, w);
-    return gradient(w.wz.x * l.x + w.wz.y * m.x + w.wz.z * r.x, w.wz.x * l.y + w.wz.y * m.y + w.wz.z * r.y,
+    return slope(w.wz.x * l.x + w.wz.y * m.x + w.wz.z * r.x, w.wz.x * l.y + w.wz.y * m.y + w.wz.z * r.y,
         w.gz.x * l.v + w.gz.y * m.v + w.gz.z * r.v);
 }
 
@@ -101,8 +108,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let high = textureLoad(cells, 3u * thin.x + 1u, 0);
     let last = textureLoad(cells, 3u * thin.x + 2u, 0);
     let solid = load_solid(solids, last.y >> 16u);
-    let n = Rows(load(u, low.x, 1u), load(u, low.y, 1u), load(u, low.z, 1u), load(u, low.w, 1u), load(u, high.x, 1u),
-        load(u, high.y, 1u), load(u, high.z, 1u), load(u, high.w, 1u), load(u, last.x, 1u));
+    let n = rows(u, low, high, last.x);
+    var motion: Rows;
+    if (DAMPED) { motion = rows(v, low, high, last.x); }
     var sum = Rows();
     for (var i = 0u; i < thin.z; i += 4u) {
         let a = texel(places, thin.y + i);
@@ -113,8 +121,13 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let wb = weights(b.xyz);
         let wc = weights(c.xyz);
         let wd = weights(d.xyz);
-        let p = stress(solid, Four(deformation(n, wa), deformation(n, wb), deformation(n, wc), deformation(n, wd)),
-            vec4f(a.w, b.w, c.w, d.w));
+        let share = vec4f(a.w, b.w, c.w, d.w);
+        let f = all_deformed(Four(derivatives(n, wa), derivatives(n, wb), derivatives(n, wc), derivatives(n, wd)));
+        var p = stress(solid, f, share);
+        if (DAMPED) {
+            p = damped(solid, p, f, Four(derivatives(motion, wa), derivatives(motion, wb), derivatives(motion, wc),
+                derivatives(motion, wd)), share);
+        }
         sum = spread(spread(spread(spread(sum, p.a, wa), p.b, wb), p.c, wc), p.d, wd);
     }
     put(last.w, 0u, sum.a);

@@ -67,7 +67,7 @@ struct Solid {
     volume: f32,        // of a point [m³]
     stiffness: f32,     // of contact: pressure for a depth [Pa/m]
     wave: f32,          // fastest elastic wave [m/s]
-    spare: u32,
+    damping: f32,       // β [s]: stress gains β times its rate
     gravity: vec3f,     // [m/s²]
 }
 
@@ -86,7 +86,7 @@ fn load_solid(t: texture_1d<u32>, i: u32) -> Solid {
     let a = textureLoad(t, 3u * i, 0);
     let b = textureLoad(t, 3u * i + 1u, 0);
     let c = bitcast<vec4f>(b);
-    return Solid(a.x, a.y, bitcast<f32>(a.z), bitcast<f32>(a.w), c.x, c.y, c.z, b.w, texel(t, 3u * i + 2u).xyz);
+    return Solid(a.x, a.y, bitcast<f32>(a.z), bitcast<f32>(a.w), c.x, c.y, c.z, c.w, texel(t, 3u * i + 2u).xyz);
 }
 
 // A sum over the nodes of a cell at one of its points: the value, its derivatives by x, y, z a cell, and the second

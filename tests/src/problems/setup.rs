@@ -68,6 +68,7 @@ impl Lattice {
             gravity: None,
             recycle: None,
             emission: None,
+            damping: 0.0,
             positions: positions.iter().map(|x| single(*x)).collect(),
         }
     }

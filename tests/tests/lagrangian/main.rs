@@ -4,6 +4,7 @@ mod bar;
 mod cantilever;
 mod choice;
 mod contact;
+mod damping;
 mod guard;
 mod motion;
 mod pair;

@@ -34,6 +34,7 @@ pub fn body(
         gravity: None,
         recycle: None,
         emission: None,
+        damping: 0.0,
         particle_volume: (dx / 2.0).powi(3) as f32,
         fields: u32::MAX >> 1,
         positions,

@@ -145,7 +145,10 @@ impl<'gpu> Lagrangian<'gpu> {
     pub fn new(gpu: &'gpu Gpu, world: &World) -> Result<Self, LagrangianError> {
         let unfit = |(i, why): (usize, Unfit)| LagrangianError::Unfit(world.bodies[i].name.clone(), why);
         let reference = Reference::new(world).map_err(unfit)?;
-        let constants = constants(world).with("MIRRORED", f64::from(u8::from(reference.mirrored())));
+        let damped = world.bodies.iter().any(|b| b.damping > 0.0);
+        let constants = constants(world)
+            .with("MIRRORED", f64::from(u8::from(reference.mirrored())))
+            .with("DAMPED", f64::from(u8::from(damped)));
         let obstacles = !world.colliders.is_empty();
         let pairs = match world.bodies.len() {
             0 | 1 => None,
@@ -318,7 +321,7 @@ impl<'gpu> Lagrangian<'gpu> {
             let moved = Moved { cells, state: self.state, pushes, clock };
             pairs.record(rec, &moved, groups(Items::Facets));
         }
-        let force = lagrangian::Force { cells, solids, u, pushes, shares, clock, immediates };
+        let force = lagrangian::Force { cells, solids, u, v, pushes, shares, clock, immediates };
         for (pushed, items) in [(1.0, Items::Touched), (0.0, Items::Inside)] {
             if self.items(items) > 0 {
                 rec.call(&force, &k.clone().with("PUSHED", pushed), groups(items));
@@ -326,7 +329,7 @@ impl<'gpu> Lagrangian<'gpu> {
         }
         if let Some((thins, places)) = self.thins {
             let thin =
-                lagrangian::Thin { cells, solids, thins, places, u, shares_was: shares, shares, clock, immediates };
+                lagrangian::Thin { cells, solids, thins, places, u, v, shares_was: shares, shares, clock, immediates };
             rec.call(&thin, k, groups(Items::Thin));
         }
         let advance =

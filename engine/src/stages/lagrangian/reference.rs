@@ -103,7 +103,7 @@ impl Reference {
             volume: body.particle_volume,
             stiffness: CONTACT * (constants.lambda + 2.0 * constants.mu) / dx,
             wave: body.wave_speed(),
-            spare: 0,
+            damping: body.damping,
             gravity: constants.gravity,
             ..Default::default()
         });

@@ -14,7 +14,7 @@ impl Lagrangian<'_> {
         for (index, range) in self.ranges.iter().enumerate() {
             let m = self.measure(index)?;
             own += m.kinetic + m.elastic;
-            for (Lump { m, x }, u) in self.lumps[range.clone()].iter().zip(&u[range.clone()]) {
+            for (Lump { m, x, .. }, u) in self.lumps[range.clone()].iter().zip(&u[range.clone()]) {
                 potential -= m * (0..3).map(|a| self.weights[index][a] * (x[a] + f64::from(u[a]))).sum::<f64>();
             }
         }
@@ -51,7 +51,7 @@ impl Lagrangian<'_> {
         let range = self.ranges.get(index).cloned().unwrap_or_default();
         out.mass = self.held.get(index).copied().unwrap_or_default();
         for i in range {
-            let Lump { m, x } = &self.lumps[i];
+            let Lump { m, x, .. } = &self.lumps[i];
             let x: [f64; 3] = std::array::from_fn(|a| x[a] + f64::from(u[i][a]));
             let p: [f64; 3] = std::array::from_fn(|a| m * f64::from(v[i][a]));
             out.mass += m;

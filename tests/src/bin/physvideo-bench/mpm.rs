@@ -66,6 +66,7 @@ pub fn cube(stuff: Stuff, edge: usize, spacing: f32) -> World {
         fields: 0,
         recycle: None,
         emission: None,
+        damping: 0.0,
         positions,
     };
     World {

@@ -37,6 +37,7 @@ fn cubes(moving: usize, wide: bool) -> World {
             fields: 0,
             recycle: None,
             emission: None,
+            damping: 0.0,
             positions: offsets.iter().map(|x| std::array::from_fn(|a| x[a] + corner[a])).collect(),
         }
     });

@@ -35,6 +35,7 @@ fn dam(side: usize, pressure: Pressure) -> World {
         gravity: None,
         recycle: None,
         emission: None,
+        damping: 0.0,
         positions,
     };
     let tank = Collider {

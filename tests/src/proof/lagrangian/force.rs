@@ -3,7 +3,7 @@
 
 use physvideo_gpu::kernels::{Clock, ElasticCell, Reference, Solid};
 
-use super::{Bodies, DX, around, at_point, cofactor, gradient, piola, quarter, solids, weight};
+use super::{Bodies, DX, around, at_point, cofactor, damped, gradient, piola, quarter, solids, viscous, weight};
 use crate::proof::mpm::{Mat3, Vec3, vec3};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 use crate::random::Random;
@@ -54,6 +54,8 @@ fn inputs(ask: Ask) -> Call {
         .with("cells", &b.cells)
         .with("solids", &solids())
         .with("u", &b.u)
+        .with("v", &b.v)
+        .constant("DAMPED", f64::from(u8::from(ask.seed % 2 == 1)))
         .with("pushes", &pushes)
         .with("clock", &[clock])
         .with("shares", &vec![[f32::NAN; 4]; 27 * b.cells.len()])
@@ -74,6 +76,8 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let input = &call.buffers;
     let (cells, solids): (Vec<ElasticCell>, Vec<Solid>) = (input.get("cells"), input.get("solids"));
     let (u, pushes): (Vec<[f32; 4]>, Vec<[f32; 4]>) = (input.get("u"), input.get("pushes"));
+    let v: Vec<[f32; 4]> = input.get("v");
+    let kelvin = call.constants.clone().with("DAMPED", 1.0) == call.constants;
     let shares: Vec<[f32; 4]> = out.get("shares");
     let (was, clock): (Clock, Clock) = (input.one("clock"), out.one("clock"));
     let (mut got, mut want, mut scale) = (Vec::new(), Vec::new(), Vec::new());
@@ -103,13 +107,17 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             flat += u32::from(j < 0.05);
             close |= (j - 0.05).abs() < 1e-4;
             let s = (stiff(solid, &f) / f64::from(solid.lambda + 2.0 * solid.mu)).sqrt();
-            fastest = fastest.max(f64::from(solid.wave) * s);
+            fastest = fastest.max(damped(solid, f64::from(solid.wave) * s));
             // The rotation has no derivative where two singular values cancel.
             let values = f.svd(false, false).singular_values;
             let mut order: Vec<f64> = values.iter().copied().collect();
             order.sort_by(f64::total_cmp);
             tainted |= solid.material == 1 && j < 0.0 && order[1] - order[0] < 0.05 * order[2];
-            let p = piola(solid, &f);
+            let rate = at_point(cell, &v, place).1;
+            let mut p = piola(solid, &f);
+            if kelvin {
+                p += viscous(solid, &f, &rate);
+            }
             let volume = f64::from(solid.volume);
             size += volume * f64::from(solid.mu + solid.lambda) * (1.0 + f.norm().powi(3)) / DX;
             for (sum, s) in sum.iter_mut().zip(around()) {

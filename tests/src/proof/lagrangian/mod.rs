@@ -59,10 +59,24 @@ pub fn solids() -> Vec<Solid> {
         stiffness: 4e4,
         wave: 6.0,
         gravity: b.gravity,
+        damping: if b.material == kernels::family::material::COROTATED { 3e-3 } else { 0.0 },
         ..Default::default()
     };
     let elastic = [kernels::family::material::COROTATED, kernels::family::material::NEO_HOOKEAN, u32::MAX];
     bodies().iter().filter(|b| elastic.contains(&b.material)).map(solid).collect()
+}
+
+/// Speed that limits the step where waves have speed c: ω dt ≤ 2 (sqrt(1 + ζ²) − ζ) with ζ = β ω/2 and ω = 2.2 c/dx.
+pub fn damped(solid: &Solid, c: f64) -> f64 {
+    let zeta = 1.1 * f64::from(solid.damping) * c / DX;
+    c / ((1.0 + zeta * zeta).sqrt() - zeta)
+}
+
+/// What damping adds to it, by its definition: F S, S = β (2μ Ė + λ tr Ė), Ė = (Fᵀ Ḟ + Ḟᵀ F)/2.
+pub fn viscous(solid: &Solid, f: &Mat3, rate: &Mat3) -> Mat3 {
+    let strain = 0.5 * (f.transpose() * rate + rate.transpose() * f);
+    let s = 2.0 * f64::from(solid.mu) * strain + f64::from(solid.lambda) * strain.trace() * Mat3::identity();
+    f64::from(solid.damping) * f * s
 }
 
 /// Moved by a step.

@@ -3,7 +3,7 @@
 use physvideo_gpu::kernels::{Clock, ElasticCell, Place, Solid, ThinCell};
 
 use super::force::stiff;
-use super::{Bodies, DX, around, at_point, gradient, piola, solids};
+use super::{Bodies, DX, around, at_point, damped, gradient, piola, solids, viscous};
 use crate::proof::mpm::{Mat3, Vec3, vec3};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 use crate::random::Random;
@@ -55,6 +55,8 @@ fn inputs(ask: Ask) -> Call {
         .with("thins", &thins)
         .with("places", &places)
         .with("u", &b.u)
+        .with("v", &b.v)
+        .constant("DAMPED", f64::from(u8::from(ask.seed % 2 == 1)))
         .with("shares", &shares)
         .same("shares_was", "shares")
         .with("clock", &[clock])
@@ -64,7 +66,8 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let input = &call.buffers;
     let (cells, solids): (Vec<ElasticCell>, Vec<Solid>) = (input.get("cells"), input.get("solids"));
     let (thins, places): (Vec<ThinCell>, Vec<Place>) = (input.get("thins"), input.get("places"));
-    let u: Vec<[f32; 4]> = input.get("u");
+    let (u, v): (Vec<[f32; 4]>, Vec<[f32; 4]>) = (input.get("u"), input.get("v"));
+    let kelvin = call.constants.clone().with("DAMPED", 1.0) == call.constants;
     let (was, now): (Vec<[f32; 4]>, Vec<[f32; 4]>) = (input.get("shares"), out.get("shares"));
     let (before, clock): (Clock, Clock) = (input.one("clock"), out.one("clock"));
     let (mut got, mut want, mut scale) = (Vec::new(), Vec::new(), Vec::new());
@@ -94,7 +97,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             flat += u32::from(j < 0.05);
             close |= (j - 0.05).abs() < 1e-4;
             let s = (stiff(solid, &f) / f64::from(solid.lambda + 2.0 * solid.mu)).sqrt();
-            fastest = fastest.max(f64::from(solid.wave) * s);
+            fastest = fastest.max(damped(solid, f64::from(solid.wave) * s));
             // The rotation has no derivative where two singular values cancel.
             let values = f.svd(false, false).singular_values;
             let mut order: Vec<f64> = values.iter().copied().collect();
@@ -102,7 +105,11 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             tainted |= solid.material == 1 && j < 0.0 && order[1] - order[0] < 0.05 * order[2];
             let volume = f64::from(solid.volume) * f64::from(p.share);
             size += volume * f64::from(solid.mu + solid.lambda) * (1.0 + f.norm().powi(3)) / DX;
-            let p = piola(solid, &f);
+            let rate = at_point(cell, &v, place).1;
+            let mut p = piola(solid, &f);
+            if kelvin {
+                p += viscous(solid, &f, &rate);
+            }
             for (sum, s) in sum.iter_mut().zip(around()) {
                 *sum -= volume * p * gradient(s, place);
             }
