@@ -5,15 +5,28 @@ use std::collections::HashMap;
 use crate::assemble::Assembled;
 use crate::scene::{Elastic, Kind, Pressure, Problem};
 use crate::stages::lagrangian;
-use crate::world::World;
+use crate::world::{Body, World};
 
 /// The solver of a world.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Choice {
     /// Every body on a grid of its own, instead of all on one (MPM).
     pub total_lagrangian: bool,
+    /// Which of the bodies are on grids of their own beside others on one; empty where all move alike.
+    pub beside: Vec<bool>,
     /// Why.
     pub why: String,
+}
+
+impl Choice {
+    /// The solvers in a word; absent where it is the one that the scene's materials have by themselves.
+    pub fn name(&self) -> Option<&'static str> {
+        match (self.total_lagrangian, self.beside.is_empty()) {
+            (true, _) => Some("total Lagrangian"),
+            (_, false) => Some("MLS-MPM and total Lagrangian"),
+            _ => None,
+        }
+    }
 }
 
 /// Chooses the solver of `world` as `simulation.elastic` asks.
@@ -21,15 +34,15 @@ pub struct Choice {
 /// # Errors
 /// A world that cannot be simulated as asked.
 pub fn choose(asked: Elastic, world: &World) -> Result<Choice, Problem> {
-    let mpm = |why: String| Ok(Choice { total_lagrangian: false, why });
+    let mpm = |why: String| Ok(Choice { total_lagrangian: false, beside: vec![], why });
     if asked == Elastic::UpdatedLagrangian || world.bodies.is_empty() {
         return mpm("as `simulation.elastic` asks".into());
     }
+    if let Some(beside) = mixed(asked, world) {
+        return beside;
+    }
     let obstacle = lagrangian::fit(world).err().map(|(i, why)| format!("'{}' {why}", world.bodies[i].name));
-    // Contact of surfaces finds what meets from outside, not what is inside from the start.
-    let obstacle = obstacle.or_else(|| {
-        overlap(world).map(|(a, b)| format!("'{}' and '{}' overlap", world.bodies[a].name, world.bodies[b].name))
-    });
+    let obstacle = obstacle.or_else(|| overlap(world, |_| true));
     // What falls and hits rings on without damping; MPM's own calms it.
     let loose = || {
         let found = world.bodies.iter().find(|b| !b.pinned.contains(&true)).filter(|_| asked == Elastic::Auto)?;
@@ -44,6 +57,7 @@ pub fn choose(asked: Elastic, world: &World) -> Result<Choice, Problem> {
         (Some(why), _) => mpm(why),
         (None, _) => Ok(Choice {
             total_lagrangian: true,
+            beside: vec![],
             why: match world.bodies.len() {
                 1 => "one elastic body on a regular lattice, which neither tears nor flows".into(),
                 n => format!("{n} elastic bodies on regular lattices, which neither tear nor flow"),
@@ -52,8 +66,48 @@ pub fn choose(asked: Elastic, world: &World) -> Result<Choice, Problem> {
     }
 }
 
-/// Two bodies of which particles lie closer than half of their spacing: those that only touch are a whole one apart.
-fn overlap(world: &World) -> Option<(usize, usize)> {
+/// Where some bodies cannot be on grids of their own whatever is asked, and others can: which are, body by body. Absent
+/// where all move alike.
+fn mixed(asked: Elastic, world: &World) -> Option<Result<Choice, Problem>> {
+    let elastic = |b: &Body| b.material.elastic() && b.emission.is_none() && b.recycle.is_none();
+    if world.is_fluid() || world.bodies.iter().all(elastic) {
+        return None;
+    }
+    let fits: Vec<_> = world.bodies.iter().map(|b| lagrangian::fit_body(b, world.dx)).collect();
+    let mut own = Vec::new();
+    let mut why = Vec::new();
+    for (i, (body, fit)) in world.bodies.iter().zip(&fits).enumerate() {
+        let held = body.pinned.contains(&true);
+        let reason = match fit {
+            Err(unfit) => Some(unfit.to_string()),
+            // What falls and hits rings on without damping.
+            Ok(()) if !held && asked == Elastic::Auto => Some("is elastic, and nothing holds it".into()),
+            Ok(()) => overlap(world, |j| j == i).map(|what| format!("is elastic, but {what}")),
+        };
+        if let (Some(reason), Elastic::TotalLagrangian, true) = (&reason, asked, elastic(body)) {
+            let message = format!("'{}' cannot be simulated on a grid of its own: it {reason}", body.name);
+            let help = "take \"auto\" or \"updated_lagrangian\"";
+            return Some(Err(Problem::new(Kind::Conflict, "simulation.elastic", message).help(help)));
+        }
+        why.push(match &reason {
+            Some(reason) => format!("'{}' by MPM ({reason})", body.name),
+            None => format!("'{}' on a grid of its own (elastic{})", body.name, if held { " and held" } else { "" }),
+        });
+        own.push(reason.is_none());
+    }
+    let any = own.contains(&true);
+    any.then(|| Ok(Choice { total_lagrangian: false, beside: own, why: why.join(", ") }))
+}
+
+/// Two bodies, one of them of those that `counts` names, of which particles lie closer than half of their spacing: those
+/// that only touch are a whole one apart. Contact of surfaces finds what meets from outside, not what is inside from the
+/// start.
+fn overlap(world: &World, counts: impl Fn(usize) -> bool) -> Option<String> {
+    let name = |i: usize| &world.bodies[i].name;
+    overlapping(world, counts).map(|(a, b)| format!("'{}' and '{}' overlap", name(a), name(b)))
+}
+
+fn overlapping(world: &World, counts: impl Fn(usize) -> bool) -> Option<(usize, usize)> {
     let reach = 0.25 * world.dx;
     let cell = |x: &[f32; 3]| x.map(|c| (c / reach).floor() as i64);
     let mut seen: HashMap<[i64; 3], Vec<(usize, [f32; 3])>> = HashMap::new();
@@ -61,8 +115,9 @@ fn overlap(world: &World) -> Option<(usize, usize)> {
         for x in &body.positions {
             let at = cell(x);
             let around = (0..27).map(|k| [at[0] + k % 3 - 1, at[1] + k / 3 % 3 - 1, at[2] + k / 9 - 1]);
-            let close =
-                |(_, y): &&(usize, [f32; 3])| (0..3).map(|a| (x[a] - y[a]).powi(2)).sum::<f32>() < reach * reach;
+            let close = |(j, y): &&(usize, [f32; 3])| {
+                (counts(i) || counts(*j)) && (0..3).map(|a| (x[a] - y[a]).powi(2)).sum::<f32>() < reach * reach
+            };
             // A body's own come later, so that all that is found is of others.
             if let Some((other, _)) = around.filter_map(|c| seen.get(&c)).flatten().find(close) {
                 return Some((*other, i));
@@ -82,6 +137,7 @@ impl Assembled {
                 Pressure::Dfsph => "DFSPH, by `simulation.pressure`".into(),
             },
             (_, true) => format!("total Lagrangian: {}", self.elastic.why),
+            _ if !self.elastic.beside.is_empty() => format!("MPM and total Lagrangian: {}", self.elastic.why),
             _ => format!("MPM: {}", self.elastic.why),
         }
     }

@@ -14,7 +14,7 @@ struct Facet {
     stiffness: f32,     // of contact: pressure for a depth [Pa/m]
     friction: f32,      // Coulomb's coefficient
     push: u32,          // its place among `pushes`, see `contact`
-    spare: u32,
+    room: f32,          // share of a full grid that the body itself leaves there, smoothed twice
 }
 
 // Now.
@@ -35,6 +35,14 @@ struct Tie {
     energy: f32,        // its half of the springs' [J]
     x: vec3f,           // where it was [m]
     known: u32,         // 1 once that is so
+}
+
+// What it keeps of the grid's matter from step to step.
+struct Touch {
+    force: vec3f,       // on the body [N]
+    energy: f32,        // of its springs [J]
+    slip: vec3f,        // how far it has slid against what it touches and not let go [m]
+    dt: f32,            // its last step [s]
 }
 
 // Of a group.

@@ -5,6 +5,7 @@ mod cantilever;
 mod choice;
 mod contact;
 mod guard;
+mod mixed;
 mod motion;
 mod pair;
 mod rest;

@@ -5,6 +5,7 @@ use std::collections::{HashMap, HashSet};
 
 use physvideo_gpu::kernels::{Facet, Surface};
 
+use super::fill::Fill;
 use super::lattice::{At, Lattice, Unfit, moved};
 use super::reference::{NOBODY, Reference};
 use crate::world::World;
@@ -21,17 +22,21 @@ pub(super) struct Facets {
 }
 
 impl Facets {
-    /// Of all bodies of a world, whose grids are in `reference`.
+    /// Of the bodies of a world that are its own, whose grids are in `reference`.
     ///
     /// # Errors
     /// The first body that has none, and why.
-    pub fn new(world: &World, reference: &Reference) -> Result<Self, (usize, Unfit)> {
+    pub fn new(world: &World, reference: &Reference, own: &[bool]) -> Result<Self, (usize, Unfit)> {
         let skin_of: HashMap<u32, u32> = reference.skins.iter().zip(0..).map(|(s, i)| (s.point, i)).collect();
         let mut all = Self { list: Vec::new(), ranges: Vec::new() };
         let mut rests = reference.rests.iter();
         for (index, body) in world.bodies.iter().enumerate() {
-            let lattice = Lattice::of(body, world.dx).map_err(|why| (index, why))?;
             let points: Vec<u32> = rests.by_ref().take(body.positions.len()).map(|r| r.point).collect();
+            if own.get(index) != Some(&true) {
+                all.ranges.push(all.list.len()..all.list.len());
+                continue;
+            }
+            let lattice = Lattice::of(body, world.dx).map_err(|why| (index, why))?;
             let law = Facet {
                 tag: index as u32,
                 stiffness: reference.solids[index].stiffness,
@@ -41,6 +46,7 @@ impl Facets {
             };
             let first = all.list.len();
             let shell = Shell::new(&lattice.at);
+            let fill = own.contains(&false).then(|| Fill::new(&lattice.at));
             let mut order: Vec<usize> =
                 (0..lattice.at.len()).filter(|i| shell.0.contains_key(&lattice.at[*i])).collect();
             order.sort_unstable_by_key(|i| morton(lattice.at[*i]));
@@ -54,6 +60,7 @@ impl Facets {
                         x: x.map(|c| c as f32),
                         point: points[i],
                         normal: normal.to_array(),
+                        room: fill.as_ref().map_or(0.0, |f| f.room(at, axis, up)),
                         tag: law.tag | (axis as u32) << 8 | u32::from(up) << 10,
                         push: skin_of.get(&points[i]).map_or(NOBODY, |skin| 4 * skin),
                         ..law
