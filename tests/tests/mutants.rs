@@ -187,8 +187,8 @@ const PAIRS: [(&str, &str, &str, &str); 14] = [
 ];
 
 /// The same for what those and the matter of a grid do to each other.
-const MATTER: [(&str, &str, &str, &str); 16] = [
-    ("lagrangian/press", "lagrangian/press", "-0.5 * (was.w + dt)", "-dt"),
+const MATTER: [(&str, &str, &str, &str); 17] = [
+    ("lagrangian/press", "lagrangian/press", "0.5 * (was.w + dt)", "dt"),
     ("lagrangian/press", "lagrangian/press", "at.z > 3u", "at.z > 4u"),
     ("lagrangian/press", "lagrangian/press", "vec3f(FULLEST * full)", "vec3f(2.1 * full)"),
     ("lagrangian/press", "lagrangian/press", "was.xyz + was.w * rate", "was.xyz + dt * rate"),
@@ -199,6 +199,7 @@ const MATTER: [(&str, &str, &str, &str); 16] = [
     ("lagrangian/press", "lagrangian/press", "max(0.0, fill - bitcast<f32>(law.w))", "fill - bitcast<f32>(law.w)"),
     ("lagrangian/press", "lagrangian/press", "fill > LEAST", "fill > 0.1"),
     ("lagrangian/press", "lagrangian/press", "(law.x + STIFFNESS)", "(law.x + law.x)"),
+    ("lagrangian/press", "lagrangian/press", "stored + kick", "kick"),
     ("mpm/receive", "mpm/receive", "if (lane == 0u) { forget(slot, list.d[slot]); }", ""),
     ("mpm/receive", "mpm/receive", "gifts.d[3u * at + a] = 0;", ""),
     ("mpm/receive", "mpm/receive", "CONTACT * grid.dx", "0.5 * grid.dx"),

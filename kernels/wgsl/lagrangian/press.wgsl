@@ -93,6 +93,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let head = texel(facets, 3u * i);
     let shape = texel(facets, 3u * i + 1u);
     let law = texel(facets, 3u * i + 2u);
+    let stored = texel(touches_was, 2u * i).w;
     let was = texel(touches_was, 2u * i + 1u);
     let point = bitcast<u32>(head.w);
     let tag = bitcast<u32>(shape.w);
@@ -113,11 +114,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     let side = select(select(cof[0], cof[1], axis == 1u), cof[2], axis == 2u);
     let long = length(side);
-    let n = side * (sign(way) / max(long, 1e-20));
+    let outward = side * (sign(way) / max(long, 1e-20));
     // A stretched face counts as it was at rest, as it does to obstacles.
     let area = face * min(long, 1.0);
     // Outside the grid there is nothing to meet, nor where it is no place.
     let there = finite(x) && finite(speed) && inside(grid, base_node(grid, x));
+    let n = select(vec3f(0.0), outward, there);
     let base = select(vec3f(0.0), base_node(grid, x), there);
     let f = select(vec3f(1.0), (x - grid.origin) / grid.dx - base, there);
     let wx = bspline(f.x);
@@ -141,16 +143,21 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     fill = select(0.0, fill / full, there);
-    let depth = select(0.0, max(0.0, fill - bitcast<f32>(law.w)) * grid.dx / SLOPE_OF_FILL, mass > 0.0);
-    let rate = select(vec3f(0.0), speed - momentum / max(mass, 1e-30), mass > 0.0);
+    let depth = select(0.0, max(0.0, fill - bitcast<f32>(law.w)) * grid.dx / SLOPE_OF_FILL, mass > 0.0 && there);
+    let rate = select(vec3f(0.0), speed - momentum / max(mass, 1e-30), mass > 0.0 && there);
     // Two springs in a row.
-    let k = area * law.x * STIFFNESS / (law.x + STIFFNESS);
+    let k = select(0.0, area * law.x * STIFFNESS / (law.x + STIFFNESS), there);
     let slid = was.xyz + was.w * rate;
     let across = slid - dot(slid, n) * n;
     let most = min(law.y, FRICTION) * depth;
     let kept = select(vec3f(0.0), across * min(1.0, most / max(length(across), 1e-30)), depth > 0.0);
     let force = -k * (depth * n + kept);
-    touches.d[i] = Touch(force, 0.5 * k * (depth * depth + dot(kept, kept)), kept, dt);
+    // Nodes of bodies are kicked by half of the last step and half of this one.
+    let kick = 0.5 * (was.w + dt);
+    let closing = dot(rate, n);
+    // The work it has taken, and no more than a spring of that depth holds.
+    let energy = clamp(stored + kick * k * depth * closing, 0.0, 0.5 * k * depth * depth);
+    touches.d[i] = Touch(force, energy, kept, dt);
     let push = bitcast<u32>(law.z);
     if (push != NOBODY) {
         let to = push + 1u + axis;
@@ -158,8 +165,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         if (BESIDE) { all_of_it += pushes.d[to].xyz; }
         pushes.d[to] = vec4f(all_of_it, way);
     }
-    // Nodes of bodies are kicked by half of the last step and half of this one.
-    let given = force * (-0.5 * (was.w + dt) / (max(mass, 1e-30) * UNIT));
+    let given = force * (-kick / (max(mass, 1e-30) * UNIT));
     for (var o = 0u; o < select(0u, 27u, depth > 0.0); o++) {
         let at = vec3u(o % 3u, (o / 3u) % 3u, o / 9u);
         let which = number(a, at);
@@ -172,6 +178,5 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     // What comes together fast shortens the next step, so that it does not begin deep inside.
-    let closing = dot(rate, n);
     if (fill > LEAST && closing > 0.0) { atomicMax(&clock.speed_bits, bitcast<u32>(waves + closing)); }
 }

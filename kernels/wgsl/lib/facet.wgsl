@@ -40,7 +40,7 @@ struct Tie {
 // What it keeps of the grid's matter from step to step.
 struct Touch {
     force: vec3f,       // on the body [N]
-    energy: f32,        // of its springs [J]
+    energy: f32,        // work that its pressure has taken and not given back [J]
     slip: vec3f,        // how far it has slid against what it touches and not let go [m]
     dt: f32,            // its last step [s]
 }

@@ -66,7 +66,7 @@ fn inputs(ask: Ask) -> Call {
     let nodes: Vec<[f32; 4]> = (0..64 * room).map(|_| node(&mut random)).collect();
     let touches: Vec<Touch> = all
         .iter()
-        .map(|_| Touch { force: [7.0; 3], energy: 7.0, slip: random.vector(0.01), dt: random.range(0.0, 1.5e-3) })
+        .map(|_| Touch { force: [7.0; 3], energy: random.range(0.0, 0.02), slip: random.vector(0.01), dt: random.range(0.0, 1.5e-3) })
         .collect();
     let beside = ask.seed % 2 == 1;
     let pushes: Vec<[f32; 4]> = (0..4 * all.len())
@@ -119,10 +119,11 @@ impl Law {
         let slid = vec3(&was.slip) + f64::from(was.dt) * rate;
         let along = slid - n * slid.dot(&n);
         let most = f64::from(f.friction).min(FRICTION) * depth;
+        let kick = (f64::from(was.dt) + f64::from(STEP)) / 2.0;
         let slip = if depth > 0.0 { along * (most / along.norm()).min(1.0) } else { Vec3::zeros() };
         Self {
             force: -k * (depth * n + slip),
-            energy: k * (depth * depth + slip.norm_squared()) / 2.0,
+            energy: (f64::from(was.energy) + kick * k * depth * rate.dot(&n)).clamp(0.0, k * depth * depth / 2.0),
             slip,
             shares: around.iter().map(|(at, w, m)| (*at, w * f64::from(m[3]) / mass)).filter(|s| s.1 > 0.0).collect(),
             fill,
@@ -169,11 +170,10 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let (mut kept, mut close, mut speed) = (true, false, 0.0f64);
     for (i, f) in list.iter().enumerate() {
         if f.tag & NO_FACET != 0 {
-            kept &= felt[i].energy == 7.0;
+            kept &= felt[i].energy == touches[i].energy;
             continue;
         }
         let (x, rate, _, area) = moved(f, &cells, &u, &v);
-        let law = Law::of(f, &touches[i], (x, rate, area), &nodes_around(&grid, &table, &nodes, &x));
         kept &= felt[i].dt == STEP;
         let axis = f.tag >> 8 & 3;
         let to = f.push.wrapping_add(1 + axis) as usize;
@@ -185,6 +185,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             kept &= felt[i].energy == 0.0;
             continue;
         }
+        let law = Law::of(f, &touches[i], (x, rate, area), &nodes_around(&grid, &table, &nodes, &x));
         let size = area.norm() * f64::from(f.stiffness) * DX;
         if f.push != NOBODY {
             let first = if beside { vec3(&was[to]) } else { Vec3::zeros() };
@@ -194,7 +195,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         add(&[felt[i].energy], &[law.energy], size * DX);
         add(&felt[i].slip, law.slip.as_slice(), DX);
         let impulse = -0.5 * (f64::from(touches[i].dt) + f64::from(STEP)) * law.force;
-        if law.energy > 0.0 {
+        if law.force != Vec3::zeros() {
             for (at, share) in &law.shares {
                 given[*at].0 += *share * impulse;
                 given[*at].1 += size * 1.3e-3 * share;
