@@ -60,7 +60,8 @@ fn bodies_on_a_lattice_qualify() {
 #[test]
 fn beside_sand_a_held_body_has_a_grid_of_its_own() {
     let cube = |x: f64, held: bool| {
-        let mut cube = body((1e5, 0.3), 1000.0, DX, fill(DX, [x, 0.0, 0.0], [x + 0.5, 0.5, 0.5], |_| true), |_| [0.0; 3]);
+        let mut cube =
+            body((1e5, 0.3), 1000.0, DX, fill(DX, [x, 0.0, 0.0], [x + 0.5, 0.5, 0.5], |_| true), |_| [0.0; 3]);
         cube.pinned = cube.positions.iter().map(|p| held && p[2] < 0.1).collect();
         cube
     };

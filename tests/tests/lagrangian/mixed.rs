@@ -53,10 +53,7 @@ fn particles(gpu: &Gpu, s: &Mpm) -> Vec<Particle> {
 /// that at the end over the first. `own`: which is on a grid of its own.
 fn collide(gpu: &Gpu, own: [bool; 2]) -> ([f64; 3], [Measure; 2], f64, f64) {
     let mut w = world(
-        vec![
-            ball([0.5, 0.52, 0.47], 0.25, 1000.0, [1.0, 0.1, 0.0]),
-            ball([1.07, 0.5, 0.5], 0.25, 1000.0, [0.0; 3]),
-        ],
+        vec![ball([0.5, 0.52, 0.47], 0.25, 1000.0, [1.0, 0.1, 0.0]), ball([1.07, 0.5, 0.5], 0.25, 1000.0, [0.0; 3])],
         DX,
     );
     w.domain = ([-2.0; 3], [4.0; 3]);
@@ -253,7 +250,8 @@ fn forced_steps_are_limited_and_told() {
 fn a_body_moves_before_anything_else_does() {
     let gpu = gpu();
     let mut w = splash();
-    let emission = Emission { start: 0.15, end: 1.0, period: 1e9, delays: vec![0.0; w.bodies[0].positions.len()], lifetime: None };
+    let emission =
+        Emission { start: 0.15, end: 1.0, period: 1e9, delays: vec![0.0; w.bodies[0].positions.len()], lifetime: None };
     w.bodies[0].emission = Some(emission);
     w.bodies[0].positions.iter_mut().for_each(|x| x[0] += 1.5);
     (w.colliders, w.domain) = (vec![], ([-2.0; 3], [3.0; 3]));

@@ -4,10 +4,11 @@
 use physvideo_gpu::kernels::{self, Clock, Deformation, Facet, Grid, Particle, Touch, lagrangian};
 use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Recording};
 
+use super::Lagrangian;
 use super::facets::Facets;
 use super::pairs::Moved;
 use super::reference::CONTACT;
-use super::{Lagrangian, initial_particles};
+use super::start::initial_particles;
 use crate::scene::Material;
 use crate::stages::solver::FrameStats;
 use crate::world::World;

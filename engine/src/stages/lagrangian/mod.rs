@@ -2,8 +2,8 @@
 //! grid is the only unknown, its particles are quadrature points, F = I + Σ u ⊗ ∇N and f = −Σ V0 P(F) ∇N with weights
 //! that never change (for quadratic B-splines; de Vaucorbeil 2020). No transfer, no sort, no diffusion; bodies neither
 //! tear nor flow. Parts closer than two cells at rest share nodes and act as glued, and no body feels itself; several push
-//! each other by compliant surfaces. Places are kept as displacements in f32: far from where it started, a body's strain is
-//! rounded to 6e-8 of that way per cell.
+//! each other by compliant surfaces, and what is on the grid of MPM where that hosts them (`matter`). Places are kept as
+//! displacements in f32: far from where it started, a body's strain is rounded to 6e-8 of that way per cell.
 //! Records a batch of substeps once and submits it until the device says that the frame is done.
 
 mod clamp;
@@ -15,14 +15,14 @@ mod matter;
 mod pairs;
 mod play;
 mod reference;
+mod start;
 mod sums;
 mod thin;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use bytemuck::Zeroable;
-use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Forces, Live, Member, Particle, lagrangian, mpm};
+use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Forces, Live, Particle, lagrangian, mpm};
 use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Prepared, Recording};
 
 use self::facets::Facets;
@@ -30,7 +30,8 @@ use self::frame::Items;
 use self::matter::Matter;
 use self::pairs::{Moved, Pairs};
 use self::reference::Reference;
-use super::solver::{CALLS, PINNED};
+use self::start::constants;
+use super::solver::CALLS;
 use crate::world::World;
 
 pub use self::lattice::Unfit;
@@ -166,11 +167,8 @@ impl<'gpu> Lagrangian<'gpu> {
         let constants = constants(world).with("MIRRORED", f64::from(u8::from(reference.mirrored())));
         let obstacles = !world.colliders.is_empty();
         let several = own.iter().filter(|own| **own).count() > 1;
-        let facets = if several || host.is_some() {
-            Some(Facets::new(world, &reference, own).map_err(unfit)?)
-        } else {
-            None
-        };
+        let facets =
+            if several || host.is_some() { Some(Facets::new(world, &reference, own).map_err(unfit)?) } else { None };
         let matter = match (&facets, &host) {
             (Some(facets), Some(_)) => Some(Matter::new(gpu, world, own, facets, obstacles || several)?),
             _ => None,
@@ -275,18 +273,20 @@ impl<'gpu> Lagrangian<'gpu> {
         Self::bytes_of(world, &vec![true; world.bodies.len()])
     }
 
-    /// Bytes that the bodies that are its `own` take beside another solver; the particles of all, too many, included.
+    /// The same of the bodies that are its `own`, beside another solver that has the particles if they are not all.
     pub fn bytes_of(world: &World, own: &[bool]) -> u64 {
         let Ok(r) = Reference::new(world, own) else { return 0 };
         let (nodes, cells, skins) = (r.nodes.len() as u64, r.cells.len() as u64, r.skins.len() as u64);
-        let each = (size_of::<Particle>() + size_of::<Deformation>() + size_of::<kernels::Rest>() + 1) as u64;
+        let (hosted, several) = (own.contains(&false), own.iter().filter(|own| **own).count() > 1);
+        let state = if hosted { 0 } else { size_of::<Particle>() + size_of::<Deformation>() };
+        let each = (state + size_of::<kernels::Rest>() + 1) as u64;
         let node = (size_of::<kernels::ElasticNode>() + 4 * 16) as u64;
         let cell = (size_of::<kernels::ElasticCell>() + 27 * 16) as u64;
         let skin = (size_of::<kernels::Skin>() + (2 + 4) * 16) as u64;
-        let several = own.len() > 1;
-        let facets = if several { Facets::new(world, &r, own).map_or(0, |f| f.list.len()) } else { 0 };
+        let facets = if several || hosted { Facets::new(world, &r, own).map_or(0, |f| f.list.len()) } else { 0 };
+        let surfaces = if several { Pairs::bytes(facets) } else { 0 } + if hosted { Matter::bytes(facets) } else { 0 };
         let thin = 16 * (r.thin.cells.len() + r.thin.places.len()) as u64;
-        each * r.rests.len() as u64 + node * nodes + cell * cells + skin * skins + thin + Pairs::bytes(facets) + if own.contains(&false) { Matter::bytes(facets) } else { 0 }
+        each * r.rests.len() as u64 + node * nodes + cell * cells + skin * skins + thin + surfaces
     }
 
     /// Bodies' ranges in the particle buffer.
@@ -318,7 +318,9 @@ impl<'gpu> Lagrangian<'gpu> {
         let Self { clock, live, .. } = *self;
         rec.call(&mpm::Clock { clock, live }, k, Groups::Direct([1, 1, 1]));
         let counted = std::mem::offset_of!(Clock, runs) as u64;
-        self.record_step(rec, false, |items| Groups::Indirect(clock.erase(), counted + 16 * (CALLS + items as usize) as u64));
+        self.record_step(rec, false, |items| {
+            Groups::Indirect(clock.erase(), counted + 16 * (CALLS + items as usize) as u64)
+        });
     }
 
     /// Contact (with a grid's matter where it is `shared`), forces, nodes, with the step that the clock says; `groups` of the items of a call. Each call has its own
@@ -376,31 +378,4 @@ impl<'gpu> Lagrangian<'gpu> {
         rec.each(&sample, &self.constants, u64::from(self.sizes.points));
         self.gpu.run(&rec).map(|_| ())
     }
-}
-
-/// Overrides: the members of each family that this world uses.
-fn constants(world: &World) -> Constants {
-    let uses = |member: &Member| match member.family {
-        "material" | "piola" => world.bodies.iter().any(|b| b.material.law().material == member.kind),
-        "field" => world.fields.iter().any(|f| f.kind == member.kind),
-        _ => world.colliders.iter().any(|c| c.shape == member.kind),
-    };
-    let flag = |on: bool| if on { 1.0 } else { 0.0 };
-    kernels::MEMBERS.iter().fold(Constants::none(), |all, member| all.with(member.flag, flag(uses(member))))
-}
-
-/// Particles at the start. Those that are held never change.
-pub(super) fn initial_particles(world: &World) -> (Vec<Particle>, Vec<Deformation>) {
-    let mut particles = Vec::new();
-    let mut deformations = Vec::new();
-    for (tag, body) in world.bodies.iter().enumerate() {
-        for (i, x) in body.positions.iter().enumerate() {
-            let held = if body.pinned.get(i) == Some(&true) { PINNED } else { 0 };
-            let m = body.density * body.particle_volume;
-            particles.push(Particle { x: *x, m, tag: tag as u32 | held, ..Particle::zeroed() });
-            let unit = |a: usize, w: f32| std::array::from_fn(|i| if i == 3 { w } else { f32::from(u8::from(i == a)) });
-            deformations.push(Deformation { f0: unit(0, body.particle_volume), f1: unit(1, 0.0), f2: unit(2, 0.0) });
-        }
-    }
-    (particles, deformations)
 }

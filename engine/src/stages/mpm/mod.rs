@@ -24,8 +24,8 @@ use super::cells::{self, Cells, PARTICLE_GROUPS};
 use super::emit::Emitter;
 use super::energy::Budget;
 use super::lagrangian::Lagrangian;
-use super::solver::{CALLS, Measure, RUNS};
 pub use super::solver::{ASLEEP, DORMANT, FLOWS, PINNED, QUARANTINED};
+use super::solver::{CALLS, Measure, RUNS};
 use super::source::Recycling;
 use crate::world::World;
 

@@ -66,7 +66,12 @@ fn inputs(ask: Ask) -> Call {
     let nodes: Vec<[f32; 4]> = (0..64 * room).map(|_| node(&mut random)).collect();
     let touches: Vec<Touch> = all
         .iter()
-        .map(|_| Touch { force: [7.0; 3], energy: random.range(0.0, 0.02), slip: random.vector(0.01), dt: random.range(0.0, 1.5e-3) })
+        .map(|_| Touch {
+            force: [7.0; 3],
+            energy: random.range(0.0, 0.02),
+            slip: random.vector(0.01),
+            dt: random.range(0.0, 1.5e-3),
+        })
         .collect();
     let beside = ask.seed % 2 == 1;
     let pushes: Vec<[f32; 4]> = (0..4 * all.len())
@@ -218,7 +223,12 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         Compared::fact("steps and ways are kept, and what is no facet is left alone", kept),
     ];
     if !close {
-        facts.push(Compared::near("limit of the next step", vec![f32::from_bits(clock.speed_bits).into()], vec![speed], 1.0));
+        facts.push(Compared::near(
+            "limit of the next step",
+            vec![f32::from_bits(clock.speed_bits).into()],
+            vec![speed],
+            1.0,
+        ));
     }
     facts
 }
