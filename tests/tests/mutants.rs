@@ -187,7 +187,7 @@ const PAIRS: [(&str, &str, &str, &str); 14] = [
 ];
 
 /// The same for what those and the matter of a grid do to each other.
-const MATTER: [(&str, &str, &str, &str); 17] = [
+const MATTER: [(&str, &str, &str, &str); 18] = [
     ("lagrangian/press", "lagrangian/press", "0.5 * (was.w + dt)", "dt"),
     ("lagrangian/press", "lagrangian/press", "at.z > 3u", "at.z > 4u"),
     ("lagrangian/press", "lagrangian/press", "vec3f(FULLEST * full)", "vec3f(2.1 * full)"),
@@ -200,6 +200,7 @@ const MATTER: [(&str, &str, &str, &str); 17] = [
     ("lagrangian/press", "lagrangian/press", "fill > LEAST", "fill > 0.1"),
     ("lagrangian/press", "lagrangian/press", "(law.x + STIFFNESS)", "(law.x + law.x)"),
     ("lagrangian/press", "lagrangian/press", "stored + kick", "kick"),
+    ("lagrangian/press", "lagrangian/press", "gz[k] * wy[j] * dot", "gz[k] * wy[k] * dot"),
     ("mpm/receive", "mpm/receive", "if (lane == 0u) { forget(slot, list.d[slot]); }", ""),
     ("mpm/receive", "mpm/receive", "gifts.d[3u * at + a] = 0;", ""),
     ("mpm/receive", "mpm/receive", "CONTACT * grid.dx", "0.5 * grid.dx"),

@@ -127,7 +127,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let wz = bspline(f.z);
     let a = around(vec3u(base));
     let full = DENSITY * grid.dx * grid.dx * grid.dx;
+    let gx = bspline_slope(f.x);
+    let gy = bspline_slope(f.y);
+    let gz = bspline_slope(f.z);
     var fill = 0.0;
+    var slope = vec3f(0.0);     // of `fill` a cell
     var mass = 0.0;
     var momentum = vec3f(0.0);
     for (var k = 0u; k < 3u; k++) {
@@ -137,7 +141,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             let q = node_at(number(a, vec3u(1u, j, k)));
             let r = node_at(number(a, vec3u(2u, j, k)));
             let m = (w * wx) * vec3f(p.w, q.w, r.w);
-            fill += w * dot(wx, min(vec3f(p.w, q.w, r.w), vec3f(FULLEST * full)));
+            let some = min(vec3f(p.w, q.w, r.w), vec3f(FULLEST * full));
+            fill += w * dot(wx, some);
+            slope += vec3f(w * dot(gx, some), wz[k] * gy[j] * dot(wx, some), gz[k] * wy[j] * dot(wx, some));
             mass += m.x + m.y + m.z;
             momentum += m.x * p.xyz + m.y * q.xyz + m.z * r.xyz;
         }
@@ -145,16 +151,19 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     fill = select(0.0, fill / full, there);
     let depth = select(0.0, max(0.0, fill - bitcast<f32>(law.w)) * grid.dx / SLOPE_OF_FILL, mass > 0.0 && there);
     let rate = select(vec3f(0.0), speed - momentum / max(mass, 1e-30), mass > 0.0 && there);
+    // A sheet is met from both sides by its one face: the denser side pushes.
+    let steep = clamp(dot(slope, n) / (SLOPE_OF_FILL * full), -1.0, 1.0);
+    let against = select(1.0, steep, (tag & SHEET) != 0u);
     // Two springs in a row.
     let k = select(0.0, area * law.x * STIFFNESS / (law.x + STIFFNESS), there);
     let slid = was.xyz + was.w * rate;
     let across = slid - dot(slid, n) * n;
     let most = min(law.y, FRICTION) * depth;
     let kept = select(vec3f(0.0), across * min(1.0, most / max(length(across), 1e-30)), depth > 0.0);
-    let force = -k * (depth * n + kept);
+    let force = -k * (depth * against * n + kept);
     // Nodes of bodies are kicked by half of the last step and half of this one.
     let kick = 0.5 * (was.w + dt);
-    let closing = dot(rate, n);
+    let closing = against * dot(rate, n);
     // The work it has taken, and no more than a spring of that depth holds.
     let energy = clamp(stored + kick * k * depth * closing, 0.0, 0.5 * k * depth * depth);
     touches.d[i] = Touch(force, energy, kept, dt);

@@ -4,13 +4,14 @@
 
 const FACETS: u32 = 64u;
 const NO_FACET: u32 = 0x80000000u;
+const SHEET: u32 = 0x800u;      // the other side of its point lies bare as well
 
 // At rest.
 struct Facet {
     x: vec3f,           // its middle [m]
     point: u32,         // cell · 8 + corner of the point behind it; NOBODY where that is held
     normal: vec3f,      // of the smooth surface, outward
-    tag: u32,           // body; in bits 8–9 its axis, in bit 10 whether it looks up along it; NO_FACET
+    tag: u32,           // body; in bits 8–9 its axis, in bit 10 whether it looks up along it; SHEET, NO_FACET
     stiffness: f32,     // of contact: pressure for a depth [Pa/m]
     friction: f32,      // Coulomb's coefficient
     push: u32,          // its place among `pushes`, see `contact`

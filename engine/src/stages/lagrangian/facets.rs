@@ -14,6 +14,8 @@ use crate::world::World;
 pub(super) const GROUP: usize = 64;
 /// A place of a group without a facet (`NO_FACET` in WGSL).
 const NO_FACET: u32 = 0x8000_0000;
+/// A facet with another on the other side of its point (`SHEET` in WGSL).
+const SHEET: u32 = 0x800;
 /// The facets of all bodies.
 pub(super) struct Facets {
     pub list: Vec<Facet>,
@@ -52,7 +54,7 @@ impl Facets {
             order.sort_unstable_by_key(|i| morton(lattice.at[*i]));
             for i in order {
                 let at = lattice.at[i];
-                for Face { axis, up, normal } in shell.faces(at) {
+                for Face { axis, up, sheet, normal } in shell.faces(at) {
                     let mut x: [f64; 3] =
                         std::array::from_fn(|a| lattice.origin[a] + f64::from(at[a]) * lattice.spacing);
                     x[axis] += if up { 0.5 } else { -0.5 } * lattice.spacing;
@@ -61,7 +63,7 @@ impl Facets {
                         point: points[i],
                         normal: normal.to_array(),
                         room: fill.as_ref().map_or(0.0, |f| f.room(at, axis, up)),
-                        tag: law.tag | (axis as u32) << 8 | u32::from(up) << 10,
+                        tag: law.tag | (axis as u32) << 8 | u32::from(up) << 10 | if sheet { SHEET } else { 0 },
                         push: skin_of.get(&points[i]).map_or(NOBODY, |skin| 4 * skin),
                         ..law
                     });
@@ -80,10 +82,12 @@ impl Facets {
     }
 }
 
-/// A face of a point: its axis, whether it looks up along it, and the normal of the smooth surface.
+/// A face of a point: its axis, whether it looks up along it, whether the other side lies bare too, and the normal of the
+/// smooth surface.
 struct Face {
     axis: usize,
     up: bool,
+    sheet: bool,
     normal: glam::Vec3,
 }
 
@@ -139,14 +143,14 @@ impl Shell {
     fn faces(&self, at: At) -> Vec<Face> {
         let sides = (0..3).filter_map(|a| {
             let (up, down) = (self.bare(at, a, true), self.bare(at, a, false));
-            (up || down).then_some((a, up))
+            (up || down).then_some((a, up, up && down))
         });
         let sides: Vec<_> = sides.collect();
         if sides.is_empty() {
             return Vec::new();
         }
         let smooth = self.smooth(at);
-        let face = |(axis, up): (usize, bool)| {
+        let face = |(axis, up, sheet): (usize, bool, bool)| {
             // What is flat is so up to its edges, where the sum over what is around is not.
             let flat = |line: usize| line != axis && self.level(at, axis, up, line);
             let mut normal = glam::Vec3::from_array(std::array::from_fn(|a| if flat(a) { 0.0 } else { smooth[a] }));
@@ -154,7 +158,7 @@ impl Shell {
             if normal[axis] * out <= 0.0 {
                 normal = glam::Vec3::from_array(std::array::from_fn(|a| if a == axis { out } else { 0.0 }));
             }
-            Face { axis, up, normal: normal.normalize() }
+            Face { axis, up, sheet, normal: normal.normalize() }
         };
         sides.into_iter().map(face).collect()
     }

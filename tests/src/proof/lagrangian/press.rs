@@ -21,6 +21,8 @@ pub static CASE: Case = Case {
     flops: 2000.0,
 };
 
+/// A facet that is met from both sides.
+const SHEET: u32 = 0x800;
 const DENSITY: f64 = 900.0;
 const STIFFNESS: f64 = 3e5;
 const FRICTION: f64 = 0.4;
@@ -41,6 +43,7 @@ fn inputs(ask: Ask) -> Call {
     for (i, f) in all.iter_mut().enumerate() {
         f.room = random.range(0.2, 0.9);
         f.push = if f.point == NOBODY { NOBODY } else { 4 * i as u32 };
+        f.tag |= if random.chance(0.3) { SHEET } else { 0 };
     }
     let blocks = [3, 4, 3];
     let mut slots: Vec<u32> = (0..36).filter(|_| random.chance(0.8)).collect();
@@ -110,35 +113,50 @@ struct Law {
     closing: f64,
 }
 
+/// A node near a place: where it is kept, its weight, the slope of that a metre, velocity and mass.
+struct Near {
+    at: usize,
+    weight: f64,
+    slope: Vec3,
+    v: Vec3,
+    m: f64,
+}
+
 impl Law {
-    fn of(f: &Facet, was: &Touch, (x, speed, area): (Vec3, Vec3, Vec3), around: &[(usize, f64, [f32; 4])]) -> Self {
+    fn of(f: &Facet, was: &Touch, (x, speed, area): (Vec3, Vec3, Vec3), around: &[Near]) -> Self {
         let full = DENSITY * DX.powi(3);
-        let fill = around.iter().map(|(_, w, n)| w * f64::from(n[3]).min(2.0 * full)).sum::<f64>() / full;
-        let mass: f64 = around.iter().map(|(_, w, n)| w * f64::from(n[3])).sum();
-        let momentum: Vec3 = around.iter().map(|(_, w, n)| *w * f64::from(n[3]) * vec3(n)).sum();
+        let share = |n: &Near| n.m.min(2.0 * full) / full;
+        let fill: f64 = around.iter().map(|n| n.weight * share(n)).sum();
+        let slope: Vec3 = around.iter().map(|n| n.slope * share(n)).sum();
+        let mass: f64 = around.iter().map(|n| n.weight * n.m).sum();
+        let momentum: Vec3 = around.iter().map(|n| n.weight * n.m * n.v).sum();
         let none = mass <= 0.0 || !x.iter().all(|c| c.is_finite());
         let rate = if none { Vec3::zeros() } else { speed - momentum / mass };
         let depth = if none { 0.0 } else { (fill - f64::from(f.room)).max(0.0) * DX / 0.55 };
         let n = area.normalize();
+        // From the side that is denser, by how much steeper that is than a flat surface.
+        let sheet = f.tag & SHEET != 0;
+        let against = if sheet { (slope.dot(&n) * DX / 0.55).clamp(-1.0, 1.0) } else { 1.0 };
         let k = area.norm() / (1.0 / f64::from(f.stiffness) + 1.0 / STIFFNESS);
         let slid = vec3(&was.slip) + f64::from(was.dt) * rate;
         let along = slid - n * slid.dot(&n);
         let most = f64::from(f.friction).min(FRICTION) * depth;
         let kick = (f64::from(was.dt) + f64::from(STEP)) / 2.0;
         let slip = if depth > 0.0 { along * (most / along.norm()).min(1.0) } else { Vec3::zeros() };
+        let closing = against * rate.dot(&n);
         Self {
-            force: -k * (depth * n + slip),
-            energy: (f64::from(was.energy) + kick * k * depth * rate.dot(&n)).clamp(0.0, k * depth * depth / 2.0),
+            force: -k * (depth * against * n + slip),
+            energy: (f64::from(was.energy) + kick * k * depth * closing).clamp(0.0, k * depth * depth / 2.0),
             slip,
-            shares: around.iter().map(|(at, w, m)| (*at, w * f64::from(m[3]) / mass)).filter(|s| s.1 > 0.0).collect(),
+            shares: around.iter().map(|n| (n.at, n.weight * n.m / mass)).filter(|s| s.1 > 0.0).collect(),
             fill,
-            closing: rate.dot(&n),
+            closing,
         }
     }
 }
 
-/// Nodes around a place with their weights: of active blocks only; none where the place is too near the grid's border.
-fn nodes_around(grid: &Grid, table: &[u32], nodes: &[[f32; 4]], x: &Vec3) -> Vec<(usize, f64, [f32; 4])> {
+/// Nodes around a place: of active blocks only; none where the place is too near the grid's border.
+fn nodes_around(grid: &Grid, table: &[u32], nodes: &[[f32; 4]], x: &Vec3) -> Vec<Near> {
     let at: Vec3 = (x - vec3(&grid.origin)) / DX;
     let base = at.map(|c| (c - 0.5).floor());
     let last = |a: usize| f64::from(4 * grid.blocks[a]) - 3.0;
@@ -147,11 +165,17 @@ fn nodes_around(grid: &Grid, table: &[u32], nodes: &[[f32; 4]], x: &Vec3) -> Vec
     }
     let all = (0..27u32).filter_map(|i| {
         let node: [u32; 3] = std::array::from_fn(|a| base[a] as u32 + i / 3u32.pow(a as u32) % 3);
-        let weight = (0..3).map(|a| spline::weight(at[a] - f64::from(node[a]))).product();
+        let off = |a: usize| at[a] - f64::from(node[a]);
+        let product = |sloped: Option<usize>| -> f64 {
+            (0..3)
+                .map(|a| if sloped == Some(a) { spline::slope(off(a)) / DX } else { spline::weight(off(a)) })
+                .product()
+        };
         let slot = table[index(grid, node.map(|n| n / 4)) as usize].wrapping_sub(1);
         let local = node[2] % 4 * 16 + node[1] % 4 * 4 + node[0] % 4;
-        let place = (slot < grid.capacity).then(|| (slot * 64 + local) as usize)?;
-        Some((place, weight, nodes[place]))
+        let at = (slot < grid.capacity).then(|| (slot * 64 + local) as usize)?;
+        let slope = Vec3::from_fn(|a, _| product(Some(a)));
+        Some(Near { at, weight: product(None), slope, v: vec3(&nodes[at]), m: nodes[at][3].into() })
     });
     all.collect()
 }
