@@ -115,6 +115,9 @@ impl<'gpu> Animation<'gpu> {
         let world = &assembled.world;
         let solver: Option<Box<dyn Solver + 'gpu>> = match plan.runs("simulate") {
             true if assembled.elastic.total_lagrangian => Some(Box::new(Lagrangian::new(gpu, world)?)),
+            true if !assembled.elastic.beside.is_empty() => {
+                Some(Box::new(Mpm::beside(gpu, world, method, &assembled.elastic.beside)?))
+            }
             true if world.is_fluid() => Some(Box::new(Sph::new(gpu, world)?)),
             true => Some(Box::new(Mpm::new(gpu, world, method)?)),
             false => None,

@@ -174,9 +174,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
     let capped = scene.simulation.stiffness_cap.map_or_else(Vec::new, |share| cap::apply(share, &mut world));
     notes.extend(capped.iter().map(Capped::line));
     let elastic = elastic::choose(scene.simulation.elastic, &world)?;
-    if !elastic.total_lagrangian {
-        notes.extend(elastic::undamped(&mut world));
-    }
+    notes.extend(elastic::undamped(&elastic, &mut world));
     // Time is kept in f32: a step below its rounding would never reach the frame's end.
     let (step, frame) = (world.step(), 1.0 / scene.output.fps);
     if !world.bodies.is_empty() && step < frame * LEAST_STEP {

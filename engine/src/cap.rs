@@ -97,6 +97,11 @@ impl Expected {
         }
     }
 
+    /// The largest speed at which anything meets anything [m/s].
+    pub(crate) fn speed(&self) -> f64 {
+        self.speed
+    }
+
     /// Young's modulus with which `body` deforms by about `share` [Pa]. None where nothing loads it, and for what is not
     /// elastic.
     pub(crate) fn modulus(&self, body: &Body, share: f32) -> Option<f32> {

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use crate::assemble::Assembled;
+use crate::cap::Expected;
 use crate::scene::{Elastic, Kind, Pressure, Problem};
 use crate::stages::lagrangian;
 use crate::world::{Body, World};
@@ -12,8 +13,21 @@ use crate::world::{Body, World};
 pub struct Choice {
     /// Every body on a grid of its own, instead of all on one (MPM).
     pub total_lagrangian: bool,
+    /// Which of the bodies are on grids of their own beside others on one; empty where all move alike.
+    pub beside: Vec<bool>,
     /// Why.
     pub why: String,
+}
+
+impl Choice {
+    /// The solvers in a word; absent where it is the one that the scene's materials have by themselves.
+    pub fn name(&self) -> Option<&'static str> {
+        match (self.total_lagrangian, self.beside.is_empty()) {
+            (true, _) => Some("total Lagrangian"),
+            (_, false) => Some("MLS-MPM and total Lagrangian"),
+            _ => None,
+        }
+    }
 }
 
 /// Chooses the solver of `world` as `simulation.elastic` asks.
@@ -21,19 +35,18 @@ pub struct Choice {
 /// # Errors
 /// A world that cannot be simulated as asked.
 pub fn choose(asked: Elastic, world: &World) -> Result<Choice, Problem> {
-    let mpm = |why: String| Ok(Choice { total_lagrangian: false, why });
+    let mpm = |why: String| Ok(Choice { total_lagrangian: false, beside: vec![], why });
     if asked == Elastic::UpdatedLagrangian || world.bodies.is_empty() {
         return mpm("as `simulation.elastic` asks".into());
     }
+    if let Some(beside) = mixed(asked, world) {
+        return beside;
+    }
     let obstacle = lagrangian::fit(world).err().map(|(i, why)| format!("'{}' {why}", world.bodies[i].name));
-    // Contact of surfaces finds what meets from outside, not what is inside from the start.
-    let obstacle = obstacle.or_else(|| {
-        overlap(world).map(|(a, b)| format!("'{}' and '{}' overlap", world.bodies[a].name, world.bodies[b].name))
-    });
-    // What falls and hits rings on without damping; MPM's own calms it.
+    let obstacle = obstacle.or_else(|| overlap(world, |_| true));
     let loose = || {
-        let found = world.bodies.iter().find(|b| !b.pinned.contains(&true)).filter(|_| asked == Elastic::Auto)?;
-        Some(format!("nothing holds '{}', and after an impact it would ring on undamped", found.name))
+        let found = world.bodies.iter().find_map(|b| Some((b, loose(b, world)?))).filter(|_| asked == Elastic::Auto)?;
+        Some(format!("nothing holds '{}', {}", found.0.name, found.1))
     };
     match (obstacle.or_else(loose), asked) {
         (Some(why), Elastic::TotalLagrangian) => {
@@ -44,6 +57,7 @@ pub fn choose(asked: Elastic, world: &World) -> Result<Choice, Problem> {
         (Some(why), _) => mpm(why),
         (None, _) => Ok(Choice {
             total_lagrangian: true,
+            beside: vec![],
             why: match world.bodies.len() {
                 1 => "one elastic body on a regular lattice, which neither tears nor flows".into(),
                 n => format!("{n} elastic bodies on regular lattices, which neither tear nor flow"),
@@ -52,21 +66,77 @@ pub fn choose(asked: Elastic, world: &World) -> Result<Choice, Problem> {
     }
 }
 
-/// Takes damping from bodies that the shared grid moves, which does not have it; says whose.
-pub fn undamped(world: &mut World) -> Vec<String> {
-    let damped = world.bodies.iter_mut().filter(|b| b.damping > 0.0);
-    let note = |b: &mut Body| {
+/// Takes damping from bodies that are not on grids of their own; says whose.
+pub fn undamped(choice: &Choice, world: &mut World) -> Vec<String> {
+    let own = |i: usize| choice.total_lagrangian || choice.beside.get(i) == Some(&true);
+    let damped = world.bodies.iter_mut().enumerate().filter(|(i, b)| b.damping > 0.0 && !own(*i));
+    let note = |(_, b): (usize, &mut Body)| {
         b.damping = 0.0;
         format!(
-            "`damping` of '{}' is left out: it acts on elastic bodies on grids of their own, and MPM moves this one",
+            "`damping` of '{}' is left out: it acts on elastic bodies on grids of their own, and this one is not",
             b.name
         )
     };
     damped.map(note).collect()
 }
 
-/// Two bodies of which particles lie closer than half of their spacing: those that only touch are a whole one apart.
-fn overlap(world: &World) -> Option<(usize, usize)> {
+/// Why a body that nothing holds is better left to MPM, whose transfer calms what falls and hits.
+fn loose(body: &Body, world: &World) -> Option<String> {
+    if body.pinned.contains(&true) {
+        return None;
+    }
+    if body.damping == 0.0 {
+        return Some("and after an impact it would ring on without `damping`".into());
+    }
+    // Contact passes energy on, and beyond the speed of waves makes some (assets/wp/stress.md): half of it is safe.
+    let (meets, waves) = (Expected::of(world).speed(), f64::from(body.wave_speed()));
+    (meets > 0.5 * waves)
+        .then(|| format!("and it may meet something at {meets:.1} m/s, more than half the speed of its waves, {waves:.1} m/s"))
+}
+
+/// Where some bodies cannot be on grids of their own whatever is asked, and others can: which are, body by body. Absent
+/// where all move alike.
+fn mixed(asked: Elastic, world: &World) -> Option<Result<Choice, Problem>> {
+    let elastic = |b: &Body| b.material.elastic() && b.emission.is_none() && b.recycle.is_none();
+    if world.is_fluid() || world.bodies.iter().all(elastic) {
+        return None;
+    }
+    let fits: Vec<_> = world.bodies.iter().map(|b| lagrangian::fit_body(b, world.dx)).collect();
+    let mut own = Vec::new();
+    let mut why = Vec::new();
+    for (i, (body, fit)) in world.bodies.iter().zip(&fits).enumerate() {
+        let held = body.pinned.contains(&true);
+        let reason = match fit {
+            Err(unfit) => Some(unfit.to_string()),
+            Ok(()) if asked == Elastic::Auto && loose(body, world).is_some() => {
+                loose(body, world).map(|why| format!("is elastic, but nothing holds it, {why}"))
+            }
+            Ok(()) => overlap(world, |j| j == i).map(|what| format!("is elastic, but {what}")),
+        };
+        if let (Some(reason), Elastic::TotalLagrangian, true) = (&reason, asked, elastic(body)) {
+            let message = format!("'{}' cannot be simulated on a grid of its own: it {reason}", body.name);
+            let help = "take \"auto\" or \"updated_lagrangian\"";
+            return Some(Err(Problem::new(Kind::Conflict, "simulation.elastic", message).help(help)));
+        }
+        why.push(match &reason {
+            Some(reason) => format!("'{}' by MPM ({reason})", body.name),
+            None => format!("'{}' on a grid of its own (elastic{})", body.name, if held { " and held" } else { "" }),
+        });
+        own.push(reason.is_none());
+    }
+    let any = own.contains(&true);
+    any.then(|| Ok(Choice { total_lagrangian: false, beside: own, why: why.join(", ") }))
+}
+
+/// Two bodies, one of them of those that `counts` names, of which particles lie closer than half of their spacing: those
+/// that only touch are a whole one apart. Contact of surfaces finds what meets from outside, not what is inside from the
+/// start.
+fn overlap(world: &World, counts: impl Fn(usize) -> bool) -> Option<String> {
+    let name = |i: usize| &world.bodies[i].name;
+    overlapping(world, counts).map(|(a, b)| format!("'{}' and '{}' overlap", name(a), name(b)))
+}
+
+fn overlapping(world: &World, counts: impl Fn(usize) -> bool) -> Option<(usize, usize)> {
     let reach = 0.25 * world.dx;
     let cell = |x: &[f32; 3]| x.map(|c| (c / reach).floor() as i64);
     let mut seen: HashMap<[i64; 3], Vec<(usize, [f32; 3])>> = HashMap::new();
@@ -74,8 +144,9 @@ fn overlap(world: &World) -> Option<(usize, usize)> {
         for x in &body.positions {
             let at = cell(x);
             let around = (0..27).map(|k| [at[0] + k % 3 - 1, at[1] + k / 3 % 3 - 1, at[2] + k / 9 - 1]);
-            let close =
-                |(_, y): &&(usize, [f32; 3])| (0..3).map(|a| (x[a] - y[a]).powi(2)).sum::<f32>() < reach * reach;
+            let close = |(j, y): &&(usize, [f32; 3])| {
+                (counts(i) || counts(*j)) && (0..3).map(|a| (x[a] - y[a]).powi(2)).sum::<f32>() < reach * reach
+            };
             // A body's own come later, so that all that is found is of others.
             if let Some((other, _)) = around.filter_map(|c| seen.get(&c)).flatten().find(close) {
                 return Some((*other, i));
@@ -95,6 +166,7 @@ impl Assembled {
                 Pressure::Dfsph => "DFSPH, by `simulation.pressure`".into(),
             },
             (_, true) => format!("total Lagrangian: {}", self.elastic.why),
+            _ if !self.elastic.beside.is_empty() => format!("MPM and total Lagrangian: {}", self.elastic.why),
             _ => format!("MPM: {}", self.elastic.why),
         }
     }

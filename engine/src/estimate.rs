@@ -45,7 +45,7 @@ pub fn estimate(scene: &Scene, assembled: &Assembled, plan: &Plan, two_pass: boo
     let simulation_bytes = match plan.runs("simulate") {
         true if world.is_fluid() => Sph::bytes(world) + SMALL,
         true if assembled.elastic.total_lagrangian => Lagrangian::bytes(world) + SMALL,
-        true => Mpm::bytes(world) + SMALL,
+        true => Mpm::bytes_beside(world, &assembled.elastic.beside) + SMALL,
         false => 0,
     };
     let points = points(scene, assembled);

@@ -189,6 +189,28 @@ const PAIRS: [(&str, &str, &str, &str); 14] = [
     ("lagrangian/meet", "lagrangian/meet", "if (BESIDE)", "if (false)"),
 ];
 
+/// The same for what those and the matter of a grid do to each other.
+const MATTER: [(&str, &str, &str, &str); 18] = [
+    ("lagrangian/press", "lagrangian/press", "0.5 * (was.w + dt)", "dt"),
+    ("lagrangian/press", "lagrangian/press", "at.z > 3u", "at.z > 4u"),
+    ("lagrangian/press", "lagrangian/press", "vec3f(FULLEST * full)", "vec3f(2.1 * full)"),
+    ("lagrangian/press", "lagrangian/press", "was.xyz + was.w * rate", "was.xyz + dt * rate"),
+    ("lagrangian/press", "lagrangian/press", "slid - dot(slid, n) * n", "slid"),
+    ("lagrangian/press", "lagrangian/press", "min(law.y, FRICTION)", "law.y"),
+    ("lagrangian/press", "lagrangian/press", "if (BESIDE)", "if (false)"),
+    ("lagrangian/press", "lagrangian/press", " && slot < grid.capacity", ""),
+    ("lagrangian/press", "lagrangian/press", "max(0.0, fill - bitcast<f32>(law.w))", "fill - bitcast<f32>(law.w)"),
+    ("lagrangian/press", "lagrangian/press", "fill > LEAST", "fill > 0.1"),
+    ("lagrangian/press", "lagrangian/press", "(law.x + STIFFNESS)", "(law.x + law.x)"),
+    ("lagrangian/press", "lagrangian/press", "stored + kick", "kick"),
+    ("lagrangian/press", "lagrangian/press", "gz[k] * wy[j] * dot", "gz[k] * wy[k] * dot"),
+    ("mpm/receive", "mpm/receive", "if (lane == 0u) { forget(slot, list.d[slot]); }", ""),
+    ("mpm/receive", "mpm/receive", "gifts.d[3u * at + a] = 0;", ""),
+    ("mpm/receive", "mpm/receive", "CONTACT * grid.dx", "0.5 * grid.dx"),
+    ("mpm/receive", "mpm/receive", "node(v, was.w, dt)", "vec4f(v, was.w)"),
+    ("mpm/grid", "mpm/grid", "FORGETS && ", ""),
+];
+
 /// The same for latents.
 const LATENT: [(&str, &str, &str, &str); 30] = [
     ("latent/adapt", "latent/adapt", "given.guidance * (p - u)", "given.guidance * (u - p)"),
@@ -283,6 +305,7 @@ fn every_mistake_is_caught() {
         .chain(GUARD)
         .chain(LAGRANGIAN)
         .chain(PAIRS)
+        .chain(MATTER)
         .chain(LATENT)
         .chain(POINTS)
         .chain(SPH)

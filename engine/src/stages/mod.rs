@@ -1,4 +1,5 @@
-//! The stages: each records kernels over buffers. A stage knows the world and the GPU, never another stage.
+//! The stages: each records kernels over buffers. A stage knows the world and the GPU, never another stage; only `mpm` takes
+//! `lagrangian` as a guest, where a scene needs both.
 
 pub mod cells;
 pub mod display;

@@ -171,6 +171,12 @@ pub trait Solver {
     fn deterministic(&self) -> bool;
 }
 
+/// Calls that `Clock.runs` counts (`RUNS` in WGSL): stretches of particles, and from [`CALLS`] on those of bodies on grids
+/// of their own.
+pub(super) const RUNS: usize = 14;
+/// The first of the latter.
+pub(super) const CALLS: usize = 8;
+
 /// Flag of a particle that is held (`PINNED` in WGSL).
 pub const PINNED: u32 = 0x4000_0000;
 /// Flag of a particle of a body at rest that is left out (`ASLEEP` in WGSL).

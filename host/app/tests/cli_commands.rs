@@ -44,6 +44,36 @@ fn a_plan_predicts_what_the_run_reports() {
     assert!(2 * said <= took && took <= 4 * said, "{said} a frame were said, {took} were taken in two");
 }
 
+/// A held board over sand: the plan and the report name the solver of each, and what memory both take.
+#[test]
+fn a_plan_says_which_body_has_a_grid_of_its_own() {
+    let board = "[[object]]\nname = 'board'\nsource.box = { min = [-0.1, -0.05, 0.14], max = [0.1, 0.05, 0.2] }\n\
+                 material.elastic = { young = 1e5 }\npins = [{ box = { min = [-0.2, -0.1, 0.1], max = [-0.06, 0.1, 0.3] } }]\n\
+                 [output]";
+    let sand = ("material.elastic = { young = 1e4, poisson = 0.3 }", "material.sand = { young = 1e5 }");
+    let folder = Folder::new();
+    folder.scene(FALL, &[sand, ("[output]", board)]);
+    let plan = folder.run(&["plan", "scene.toml"]).out;
+    let why = "MPM and total Lagrangian: 'board' on a grid of its own (elastic and held), 'jelly' by MPM (has a material that \
+               is not elastic)";
+    for line in ["simulate     run      MLS-MPM and total Lagrangian", why] {
+        assert!(plan.contains(line), "{line:?} is not in:\n{plan}");
+    }
+    folder.run(&["run", "scene.toml", "--quiet"]).expect(0, &[]);
+    let report = folder.report("out/scene");
+    assert_eq!(report["solver"], why);
+    let memory = &report["memory"];
+    assert!(plan.contains(&format!("{} bytes", memory["predicted"])), "{memory}");
+    let kernels = report["pipelines"].to_string();
+    assert!(kernels.contains("lagrangian/press") && kernels.contains("mpm/receive"), "{kernels}");
+    // By MPM alone nothing of it is compiled.
+    let all = ("grid_density = 32", "grid_density = 32\nelastic = 'updated_lagrangian'");
+    folder.scene(FALL, &[sand, ("[output]", board), all]);
+    folder.run(&["run", "scene.toml", "--quiet"]).expect(0, &[]);
+    let kernels = folder.report("out/scene")["pipelines"].to_string();
+    assert!(!kernels.contains("lagrangian/") && !kernels.contains("mpm/receive"), "{kernels}");
+}
+
 /// Explicit steps of honey of 4 mm are 0.125 h²/ν = 2.9e-4 s; gravity allows 0.125 sqrt(h/g) = 2.5e-3 s.
 #[test]
 fn a_plan_says_how_viscosity_is_found() {

@@ -1,5 +1,8 @@
 // Time on the device. One invocation of `cells/range` or `mpm/clock` writes it (lib/tick), everything else reads it.
 
+// Eight stretches of particles, six calls.
+const RUNS: u32 = 14u;
+
 struct Clock {
     frame_start: f32,     // [s] since the start of the run
     frame_length: f32,    // [s]
@@ -23,5 +26,6 @@ struct Clock {
     watch: u32,           // 1: a node that ran away or a particle that was lost ends the attempt
     idle_groups: u32,     // groups of 64 particles that are left out
     stalled: u32,         // 1: the step came out too short for the frame ever to end
-    runs: array<vec4u, 8>,  // of each stretch of particles with one material: workgroups of 64, 1, 1; its particles in w
+    runs: array<vec4u, RUNS>,  // of each stretch of particles with one material, then of each call of bodies on grids of their
+                        // own: workgroups of 64, 1, 1; its particles, or items, in w
 }

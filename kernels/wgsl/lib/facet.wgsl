@@ -4,17 +4,18 @@
 
 const FACETS: u32 = 64u;
 const NO_FACET: u32 = 0x80000000u;
+const SHEET: u32 = 0x800u;      // the other side of its point lies bare as well
 
 // At rest.
 struct Facet {
     x: vec3f,           // its middle [m]
     point: u32,         // cell · 8 + corner of the point behind it; NOBODY where that is held
     normal: vec3f,      // of the smooth surface, outward
-    tag: u32,           // body; in bits 8–9 its axis, in bit 10 whether it looks up along it; NO_FACET
+    tag: u32,           // body; in bits 8–9 its axis, in bit 10 whether it looks up along it; SHEET, NO_FACET
     stiffness: f32,     // of contact: pressure for a depth [Pa/m]
     friction: f32,      // Coulomb's coefficient
     push: u32,          // its place among `pushes`, see `contact`
-    spare: u32,
+    room: f32,          // share of a full grid that the body itself leaves there, smoothed twice
 }
 
 // Now.
@@ -35,6 +36,14 @@ struct Tie {
     energy: f32,        // its half of the springs' [J]
     x: vec3f,           // where it was [m]
     known: u32,         // 1 once that is so
+}
+
+// What it keeps of the grid's matter from step to step.
+struct Touch {
+    force: vec3f,       // on the body [N]
+    energy: f32,        // work that its pressure has taken and not given back [J]
+    slip: vec3f,        // how far it has slid against what it touches and not let go [m]
+    dt: f32,            // its last step [s]
 }
 
 // Of a group.

@@ -36,7 +36,7 @@ fn tick() {
     clock.dt_min = select(min(clock.dt_min, dt), dt, clock.dt_min == 0.0);
     clock.dt_max = max(clock.dt_max, dt);
     clock.particle_groups = vec3u((clock.particles + 63u) / 64u - clock.idle_groups, 1u, 1u);
-    for (var i = 0u; i < 8u; i++) {
+    for (var i = 0u; i < RUNS; i++) {
         let count = clock.runs[i].w;
         clock.runs[i] = vec4u((count + 63u) / 64u, 1u, 1u, count);
     }
@@ -46,5 +46,5 @@ fn tick() {
 fn stop() {
     clock.dt = 0.0;
     clock.particle_groups = vec3u(0u, 1u, 1u);
-    for (var i = 0u; i < 8u; i++) { clock.runs[i].x = 0u; }
+    for (var i = 0u; i < RUNS; i++) { clock.runs[i].x = 0u; }
 }

@@ -6,6 +6,9 @@
 //! texels links: u32
 //! texels colliders: Colliders
 
+// The sort begins anew; else another call looks blocks up first, and does it (`mpm/receive`).
+override FORGETS: bool = true;
+
 struct Words { d: array<u32> }
 struct Nodes { d: array<vec4f> }
 @group(0) @binding(0) var tiles: texture_1d<u32>;
@@ -31,7 +34,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     if (slot >= grid.capacity) { return; }
     let low = grid.origin + vec3f(block_coord(grid, list.d[slot]) * 4u) * grid.dx;
     counts.d[slot * 64u + lane] = 0u;
-    if (lane == 0u) { forget(slot, list.d[slot]); }
+    if (FORGETS && lane == 0u) { forget(slot, list.d[slot]); }
     if (lane < count) { atomicOr(&near, obstacle_near(lane, low, time)); }
     workgroupBarrier();
     let l = vec3u(lane & 3u, (lane >> 2u) & 3u, lane >> 4u);

@@ -7,6 +7,9 @@
 //! texels links: u32
 //! texels colliders: Colliders
 
+// The sort begins anew; else another call looks blocks up first, and does it (`mpm/receive`).
+override FORGETS: bool = true;
+
 struct Words { d: array<u32> }
 struct Fours { d: array<vec4u> }
 struct Nodes { d: array<vec4f> }
@@ -34,7 +37,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     if (slot >= grid.capacity) { return; }
     let low = grid.origin + vec3f(block_coord(grid, list.d[slot]) * 4u) * grid.dx;
     counts.d[slot * 16u + lane] = vec4u(0u);
-    if (lane == 0u) { forget(slot, list.d[slot]); }
+    if (FORGETS && lane == 0u) { forget(slot, list.d[slot]); }
     if (lane < count) { atomicOr(&near, obstacle_near(lane, low, time)); }
     workgroupBarrier();
     let y = lane & 3u;

@@ -55,3 +55,39 @@ fn bodies_on_a_lattice_qualify() {
     let refused = choose(Elastic::TotalLagrangian, &off).unwrap_err();
     assert!(format!("{refused:?}").contains("simulation.elastic"), "{refused:?}");
 }
+
+/// Beside what is not elastic each body is decided on by itself; what all bodies are decided on alike stays so.
+#[test]
+fn beside_sand_a_held_body_has_a_grid_of_its_own() {
+    let cube = |x: f64, held: bool| {
+        let mut cube =
+            body((1e5, 0.3), 1000.0, DX, fill(DX, [x, 0.0, 0.0], [x + 0.5, 0.5, 0.5], |_| true), |_| [0.0; 3]);
+        cube.pinned = cube.positions.iter().map(|p| held && p[2] < 0.1).collect();
+        cube
+    };
+    let named = |mut b: physvideo::world::Body, name: &str| {
+        b.name = name.into();
+        b
+    };
+    let mut sand = named(cube(2.0, false), "sand");
+    sand.material = physvideo::scene::Material::Sand { young: 1e6, poisson: 0.3, friction: 0.7 };
+    let mut w = world(vec![sand, named(cube(0.0, true), "leaf"), named(cube(1.0, false), "ball")], DX);
+    let auto = choose(Elastic::Auto, &w).unwrap();
+    assert!(!auto.total_lagrangian && auto.beside == [false, true, false], "{auto:?}");
+    assert_eq!(
+        auto.why,
+        "'sand' by MPM (has a material that is not elastic), 'leaf' on a grid of its own (elastic and held), 'ball' by MPM \
+         (is elastic, and nothing holds it)"
+    );
+    assert_eq!(choose(Elastic::TotalLagrangian, &w).unwrap().beside, [false, true, true]);
+    assert!(choose(Elastic::UpdatedLagrangian, &w).unwrap().beside.is_empty());
+    // One inside the sand stays with it, or is refused where that is not wanted.
+    let shift = |b: &mut physvideo::world::Body, by: f32| b.positions.iter_mut().for_each(|x| x[0] += by);
+    shift(&mut w.bodies[1], 1.75);
+    assert!(choose(Elastic::Auto, &w).unwrap().beside.is_empty());
+    let refused = format!("{:?}", choose(Elastic::TotalLagrangian, &w).unwrap_err());
+    assert!(refused.contains("'sand' and 'leaf' overlap"), "{refused}");
+    // Without sand all are decided on alike, as ever.
+    w.bodies.remove(0);
+    assert!(choose(Elastic::Auto, &w).unwrap().beside.is_empty());
+}

@@ -6,6 +6,7 @@ mod choice;
 mod contact;
 mod damping;
 mod guard;
+mod mixed;
 mod motion;
 mod pair;
 mod rest;

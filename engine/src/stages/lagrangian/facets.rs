@@ -5,6 +5,7 @@ use std::collections::{HashMap, HashSet};
 
 use physvideo_gpu::kernels::{Facet, Surface};
 
+use super::fill::Fill;
 use super::lattice::{At, Lattice, Unfit, moved};
 use super::reference::{NOBODY, Reference};
 use crate::world::World;
@@ -13,6 +14,8 @@ use crate::world::World;
 pub(super) const GROUP: usize = 64;
 /// A place of a group without a facet (`NO_FACET` in WGSL).
 const NO_FACET: u32 = 0x8000_0000;
+/// A facet with another on the other side of its point (`SHEET` in WGSL).
+const SHEET: u32 = 0x800;
 /// The facets of all bodies.
 pub(super) struct Facets {
     pub list: Vec<Facet>,
@@ -21,17 +24,21 @@ pub(super) struct Facets {
 }
 
 impl Facets {
-    /// Of all bodies of a world, whose grids are in `reference`.
+    /// Of the bodies of a world that are its own, whose grids are in `reference`.
     ///
     /// # Errors
     /// The first body that has none, and why.
-    pub fn new(world: &World, reference: &Reference) -> Result<Self, (usize, Unfit)> {
+    pub fn new(world: &World, reference: &Reference, own: &[bool]) -> Result<Self, (usize, Unfit)> {
         let skin_of: HashMap<u32, u32> = reference.skins.iter().zip(0..).map(|(s, i)| (s.point, i)).collect();
         let mut all = Self { list: Vec::new(), ranges: Vec::new() };
         let mut rests = reference.rests.iter();
         for (index, body) in world.bodies.iter().enumerate() {
-            let lattice = Lattice::of(body, world.dx).map_err(|why| (index, why))?;
             let points: Vec<u32> = rests.by_ref().take(body.positions.len()).map(|r| r.point).collect();
+            if own.get(index) != Some(&true) {
+                all.ranges.push(all.list.len()..all.list.len());
+                continue;
+            }
+            let lattice = Lattice::of(body, world.dx).map_err(|why| (index, why))?;
             let law = Facet {
                 tag: index as u32,
                 stiffness: reference.solids[index].stiffness,
@@ -41,12 +48,13 @@ impl Facets {
             };
             let first = all.list.len();
             let shell = Shell::new(&lattice.at);
+            let fill = own.contains(&false).then(|| Fill::new(&lattice.at));
             let mut order: Vec<usize> =
                 (0..lattice.at.len()).filter(|i| shell.0.contains_key(&lattice.at[*i])).collect();
             order.sort_unstable_by_key(|i| morton(lattice.at[*i]));
             for i in order {
                 let at = lattice.at[i];
-                for Face { axis, up, normal } in shell.faces(at) {
+                for Face { axis, up, sheet, normal } in shell.faces(at) {
                     let mut x: [f64; 3] =
                         std::array::from_fn(|a| lattice.origin[a] + f64::from(at[a]) * lattice.spacing);
                     x[axis] += if up { 0.5 } else { -0.5 } * lattice.spacing;
@@ -54,7 +62,8 @@ impl Facets {
                         x: x.map(|c| c as f32),
                         point: points[i],
                         normal: normal.to_array(),
-                        tag: law.tag | (axis as u32) << 8 | u32::from(up) << 10,
+                        room: fill.as_ref().map_or(0.0, |f| f.room(at, axis, up)),
+                        tag: law.tag | (axis as u32) << 8 | u32::from(up) << 10 | if sheet { SHEET } else { 0 },
                         push: skin_of.get(&points[i]).map_or(NOBODY, |skin| 4 * skin),
                         ..law
                     });
@@ -73,10 +82,12 @@ impl Facets {
     }
 }
 
-/// A face of a point: its axis, whether it looks up along it, and the normal of the smooth surface.
+/// A face of a point: its axis, whether it looks up along it, whether the other side lies bare too, and the normal of the
+/// smooth surface.
 struct Face {
     axis: usize,
     up: bool,
+    sheet: bool,
     normal: glam::Vec3,
 }
 
@@ -132,14 +143,14 @@ impl Shell {
     fn faces(&self, at: At) -> Vec<Face> {
         let sides = (0..3).filter_map(|a| {
             let (up, down) = (self.bare(at, a, true), self.bare(at, a, false));
-            (up || down).then_some((a, up))
+            (up || down).then_some((a, up, up && down))
         });
         let sides: Vec<_> = sides.collect();
         if sides.is_empty() {
             return Vec::new();
         }
         let smooth = self.smooth(at);
-        let face = |(axis, up): (usize, bool)| {
+        let face = |(axis, up, sheet): (usize, bool, bool)| {
             // What is flat is so up to its edges, where the sum over what is around is not.
             let flat = |line: usize| line != axis && self.level(at, axis, up, line);
             let mut normal = glam::Vec3::from_array(std::array::from_fn(|a| if flat(a) { 0.0 } else { smooth[a] }));
@@ -147,7 +158,7 @@ impl Shell {
             if normal[axis] * out <= 0.0 {
                 normal = glam::Vec3::from_array(std::array::from_fn(|a| if a == axis { out } else { 0.0 }));
             }
-            Face { axis, up, normal: normal.normalize() }
+            Face { axis, up, sheet, normal: normal.normalize() }
         };
         sides.into_iter().map(face).collect()
     }

@@ -6,7 +6,7 @@ use physvideo_gpu::kernels::Clock;
 use physvideo_gpu::{GpuError, Groups, Recording};
 
 use super::{BATCH, Lagrangian};
-use crate::stages::solver::{Fastest, FrameStats};
+use crate::stages::solver::{CALLS, Fastest, FrameStats, RUNS};
 
 /// Attempts at a frame that are taken back.
 const MOST_REJECTED: u32 = 3;
@@ -17,7 +17,7 @@ const MOST_GAINED: f64 = 0.5;
 /// 0.958 / sqrt((3λ + 2μ)/(λ + 2μ)), 0.69 at ν = 0.32 and 0.59 at ν = 0.45; 0.75 comes below that at once.
 const SMALLER: f32 = 0.78;
 
-/// What a call has a lane for, and which of the clock's runs counts them.
+/// What a call has a lane for, and which of the clock's runs from [`CALLS`] on counts them.
 #[derive(Clone, Copy)]
 pub(super) enum Items {
     Nodes,
@@ -47,10 +47,8 @@ impl Lagrangian<'_> {
 
     fn begin(&self, length: f32, watch: bool) -> Result<(), GpuError> {
         let lanes = self.lanes();
-        let mut runs = [[0, 1, 1, 0]; 8];
-        for items in [Items::Nodes, Items::Touched, Items::Inside, Items::Skins, Items::Thin, Items::Facets] {
-            runs[items as usize] = [self.items(items).div_ceil(64), 1, 1, self.items(items)];
-        }
+        let mut runs = [[0, 1, 1, 0]; RUNS];
+        runs[CALLS..].copy_from_slice(&self.calls());
         let clock = Clock {
             frame_start: self.time as f32,
             frame_length: length,
@@ -69,10 +67,16 @@ impl Lagrangian<'_> {
         self.gpu.write(self.clock, 0, &[clock])
     }
 
+    /// Workgroups and items of each call, as the clock counts them.
+    pub(in crate::stages) fn calls(&self) -> [[u32; 4]; RUNS - CALLS] {
+        [Items::Nodes, Items::Touched, Items::Inside, Items::Skins, Items::Thin, Items::Facets]
+            .map(|items| [self.items(items).div_ceil(64), 1, 1, self.items(items)])
+    }
+
     /// Ends a frame: the last half of the last kick (the clock has stopped, dt is 0), and the particles.
     pub(super) fn finish(&mut self) -> Result<(), GpuError> {
         let mut rec = Recording::new("finish");
-        self.record_step(&mut rec, |items| Groups::Direct([self.items(items).div_ceil(64), 1, 1]));
+        self.record_step(&mut rec, false, |items| Groups::Direct([self.items(items).div_ceil(64), 1, 1]));
         self.gpu.run(&rec)?;
         self.sample()
     }
@@ -85,14 +89,18 @@ impl Lagrangian<'_> {
             Items::Inside => self.sizes.cells - self.sizes.touched,
             Items::Skins => self.sizes.skins,
             Items::Thin => self.sizes.thin,
-            Items::Facets => self.pairs.as_ref().map_or(0, |p| p.sizes.facets),
+            Items::Facets => self.facets(),
         }
     }
 
     /// The longest of the kernels; the clock counts workgroups for it.
     fn lanes(&self) -> u32 {
-        let facets = self.pairs.as_ref().map_or(0, |p| p.sizes.facets);
-        self.sizes.nodes.max(self.sizes.cells).max(self.sizes.skins).max(facets)
+        self.sizes.nodes.max(self.sizes.cells).max(self.sizes.skins).max(self.facets())
+    }
+
+    fn facets(&self) -> u32 {
+        let beside = self.matter.as_ref().map_or(0, |m| m.facets());
+        self.pairs.as_ref().map_or(beside, |p| p.sizes.facets)
     }
 
     /// Runs batches until the device says that `length` seconds have passed, or gives the attempt up.
@@ -129,14 +137,9 @@ impl Lagrangian<'_> {
             self.time += f64::from(length);
             return Ok(stats);
         }
-        let mut save = Recording::new("save");
-        self.state.copy(&self.saved, &mut save);
-        let mut back = Recording::new("back");
-        self.saved.copy(&self.state, &mut back);
-        if let Some(pairs) = &self.pairs {
-            pairs.record_save(&mut save);
-            pairs.record_back(&mut back);
-        }
+        let (mut save, mut back) = (Recording::new("save"), Recording::new("back"));
+        self.record_save(&mut save);
+        self.record_back(&mut back);
         self.gpu.run(&save)?;
         let began = self.courant;
         let before = if self.guarded && self.closed { Some(self.energy()?) } else { None };

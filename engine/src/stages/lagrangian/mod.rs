@@ -2,36 +2,41 @@
 //! grid is the only unknown, its particles are quadrature points, F = I + Σ u ⊗ ∇N and f = −Σ V0 P(F) ∇N with weights
 //! that never change (for quadratic B-splines; de Vaucorbeil 2020). No transfer, no sort, no diffusion; bodies neither
 //! tear nor flow. Parts closer than two cells at rest share nodes and act as glued, and no body feels itself; several push
-//! each other by compliant surfaces. Places are kept as displacements in f32: far from where it started, a body's strain is
-//! rounded to 6e-8 of that way per cell.
+//! each other by compliant surfaces, and what is on the grid of MPM where that hosts them (`matter`). Places are kept as
+//! displacements in f32: far from where it started, a body's strain is rounded to 6e-8 of that way per cell.
 //! Records a batch of substeps once and submits it until the device says that the frame is done.
 
 mod clamp;
 mod facets;
+mod fill;
 mod frame;
 mod lattice;
+mod matter;
 mod pairs;
 mod play;
 mod reference;
+mod start;
 mod sums;
 mod thin;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use bytemuck::Zeroable;
-use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Forces, Live, Member, Particle, lagrangian, mpm};
+use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Forces, Live, Particle, lagrangian, mpm};
 use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Prepared, Recording};
 
 use self::facets::Facets;
 use self::frame::Items;
+use self::matter::Matter;
 use self::pairs::{Moved, Pairs};
 use self::reference::Reference;
-use super::solver::PINNED;
+use self::start::constants;
+use super::solver::CALLS;
 use crate::world::World;
 
 pub use self::lattice::Unfit;
-pub use self::reference::fit;
+pub(super) use self::matter::{Host, Shared, unit};
+pub use self::reference::{fit, fit_body};
 
 /// Substeps in a command buffer.
 const BATCH: u32 = 32;
@@ -74,6 +79,8 @@ pub struct Lagrangian<'gpu> {
     sums: Buf<kernels::Sums>,
     /// Contact of the bodies with each other, where there are several.
     pairs: Option<Pairs>,
+    /// Contact with the matter of a grid, where another solver has one.
+    matter: Option<Matter>,
     sizes: kernels::Reference,
     constants: Constants,
     batch: Option<Prepared<'gpu>>,
@@ -143,21 +150,40 @@ impl<'gpu> Lagrangian<'gpu> {
     /// # Errors
     /// A body that does not qualify (see [`fit`]), or the device's refusal.
     pub fn new(gpu: &'gpu Gpu, world: &World) -> Result<Self, LagrangianError> {
+        Self::build(gpu, world, &vec![true; world.bodies.len()], None)
+    }
+
+    /// Uploads those bodies of a world that are its `own`, beside the solver that moves the others.
+    ///
+    /// # Errors
+    /// As [`Lagrangian::new`].
+    pub(super) fn beside(gpu: &'gpu Gpu, world: &World, own: &[bool], host: Host) -> Result<Self, LagrangianError> {
+        Self::build(gpu, world, own, Some(host))
+    }
+
+    fn build(gpu: &'gpu Gpu, world: &World, own: &[bool], host: Option<Host>) -> Result<Self, LagrangianError> {
         let unfit = |(i, why): (usize, Unfit)| LagrangianError::Unfit(world.bodies[i].name.clone(), why);
-        let reference = Reference::new(world).map_err(unfit)?;
-        let damped = world.bodies.iter().any(|b| b.damping > 0.0);
+        let reference = Reference::new(world, own).map_err(unfit)?;
+        let damped = world.bodies.iter().zip(own).any(|(b, own)| *own && b.damping > 0.0);
         let constants = constants(world)
             .with("MIRRORED", f64::from(u8::from(reference.mirrored())))
             .with("DAMPED", f64::from(u8::from(damped)));
         let obstacles = !world.colliders.is_empty();
-        let pairs = match world.bodies.len() {
-            0 | 1 => None,
-            _ => {
-                let facets = Facets::new(world, &reference).map_err(unfit)?;
-                Some(Pairs::new(gpu, facets, world.dx, &constants, obstacles)?)
-            }
+        let several = own.iter().filter(|own| **own).count() > 1;
+        let facets =
+            if several || host.is_some() { Some(Facets::new(world, &reference, own).map_err(unfit)?) } else { None };
+        let matter = match (&facets, &host) {
+            (Some(facets), Some(_)) => Some(Matter::new(gpu, world, own, facets, obstacles || several)?),
+            _ => None,
         };
-        let (particles, deformations) = initial_particles(world);
+        let pairs = match facets {
+            Some(facets) if several => Some(Pairs::new(gpu, facets, world.dx, &constants, obstacles)?),
+            _ => None,
+        };
+        let host = match host {
+            Some(host) => host,
+            None => Host::alone(gpu, world)?,
+        };
         let mut particle_ranges = Vec::new();
         let mut first = 0;
         for body in &world.bodies {
@@ -170,10 +196,10 @@ impl<'gpu> Lagrangian<'gpu> {
             nodes: reference.nodes.len() as u32,
             cells: reference.cells.len() as u32,
             skins: reference.skins.len() as u32,
-            points: particles.len() as u32,
+            points: reference.rests.len() as u32,
             // Where nothing can push there is one call for all.
             thin: reference.thin.cells.len() as u32,
-            touched: if obstacles || pairs.is_some() { reference.touched } else { 0 },
+            touched: if obstacles || pairs.is_some() || matter.is_some() { reference.touched } else { 0 },
         };
         let (nodes, skins) = (u64::from(sizes.nodes), u64::from(sizes.skins));
         let state = State::new(gpu, ["u", "v", "grips"], nodes, skins)?;
@@ -182,17 +208,13 @@ impl<'gpu> Lagrangian<'gpu> {
         let lumps = reference.nodes.iter().zip(&reference.masses).map(lump).collect();
         let mut solver = Self {
             gpu,
-            particles: gpu.upload("run", "lagrangian/particles", &particles)?,
-            deformations: gpu.upload("run", "lagrangian/deformations", &deformations)?,
-            bodies: gpu.upload(
-                "run",
-                "lagrangian/bodies",
-                &world.bodies.iter().map(|b| b.constants(world.gravity, world.dx)).collect::<Vec<_>>(),
-            )?,
+            particles: host.particles,
+            deformations: host.deformations,
+            bodies: host.bodies,
             solids: gpu.upload("run", "lagrangian/solids", &reference.solids)?,
             forces: gpu.upload("run", "lagrangian/forces", &[forces])?,
             colliders: gpu.upload("run", "lagrangian/colliders", &[colliders])?,
-            clock: gpu.alloc("run", "lagrangian/clock", 1)?,
+            clock: host.clock,
             live: gpu.alloc("run", "lagrangian/live", 1)?,
             nodes: gpu.upload("run", "lagrangian/nodes", &reference.nodes)?,
             cells: gpu.upload("run", "lagrangian/cells", &reference.cells)?,
@@ -237,6 +259,7 @@ impl<'gpu> Lagrangian<'gpu> {
             // Bodies may begin within a step of each other.
             speed: if pairs.is_some() { world.wave_speeds().1 + 2.0 * world.start_speed() } else { 0.0 },
             pairs,
+            matter,
             dx: world.dx,
         };
         // Bodies may begin in contact, whose energy counts from the start.
@@ -250,16 +273,23 @@ impl<'gpu> Lagrangian<'gpu> {
 
     /// Bytes that [`Lagrangian::new`] will allocate, before any is made; 0 where it will refuse.
     pub fn bytes(world: &World) -> u64 {
-        let Ok(r) = Reference::new(world) else { return 0 };
+        Self::bytes_of(world, &vec![true; world.bodies.len()])
+    }
+
+    /// The same of the bodies that are its `own`, beside another solver that has the particles if they are not all.
+    pub fn bytes_of(world: &World, own: &[bool]) -> u64 {
+        let Ok(r) = Reference::new(world, own) else { return 0 };
         let (nodes, cells, skins) = (r.nodes.len() as u64, r.cells.len() as u64, r.skins.len() as u64);
-        let each = (size_of::<Particle>() + size_of::<Deformation>() + size_of::<kernels::Rest>() + 1) as u64;
+        let (hosted, several) = (own.contains(&false), own.iter().filter(|own| **own).count() > 1);
+        let state = if hosted { 0 } else { size_of::<Particle>() + size_of::<Deformation>() };
+        let each = (state + size_of::<kernels::Rest>() + 1) as u64;
         let node = (size_of::<kernels::ElasticNode>() + 4 * 16) as u64;
         let cell = (size_of::<kernels::ElasticCell>() + 27 * 16) as u64;
         let skin = (size_of::<kernels::Skin>() + (2 + 4) * 16) as u64;
-        let several = world.bodies.len() > 1;
-        let facets = if several { Facets::new(world, &r).map_or(0, |f| f.list.len()) } else { 0 };
+        let facets = if several || hosted { Facets::new(world, &r, own).map_or(0, |f| f.list.len()) } else { 0 };
+        let surfaces = if several { Pairs::bytes(facets) } else { 0 } + if hosted { Matter::bytes(facets) } else { 0 };
         let thin = 16 * (r.thin.cells.len() + r.thin.places.len()) as u64;
-        each * r.rests.len() as u64 + node * nodes + cell * cells + skin * skins + thin + Pairs::bytes(facets)
+        each * r.rests.len() as u64 + node * nodes + cell * cells + skin * skins + thin + surfaces
     }
 
     /// Bodies' ranges in the particle buffer.
@@ -291,12 +321,14 @@ impl<'gpu> Lagrangian<'gpu> {
         let Self { clock, live, .. } = *self;
         rec.call(&mpm::Clock { clock, live }, k, Groups::Direct([1, 1, 1]));
         let counted = std::mem::offset_of!(Clock, runs) as u64;
-        self.record_step(rec, |items| Groups::Indirect(clock.erase(), counted + 16 * items as u64));
+        self.record_step(rec, false, |items| {
+            Groups::Indirect(clock.erase(), counted + 16 * (CALLS + items as usize) as u64)
+        });
     }
 
-    /// Contact, forces, nodes, with the step that the clock says; `groups` of the items of a call. Each call has its own
+    /// Contact (with a grid's matter where it is `shared`), forces, nodes, with the step that the clock says; `groups` of the items of a call. Each call has its own
     /// number of them: on a software driver a lane that has nothing to do takes as long as the others.
-    fn record_step(&self, rec: &mut Recording, groups: impl Fn(Items) -> Groups) {
+    fn record_step(&self, rec: &mut Recording, shared: bool, groups: impl Fn(Items) -> Groups) {
         let k = &self.constants;
         let Self { cells, solids, skins, colliders, forces, nodes, clock, shares, pushes, .. } = *self;
         let State { u, v, grips } = self.state;
@@ -321,6 +353,9 @@ impl<'gpu> Lagrangian<'gpu> {
             let moved = Moved { cells, state: self.state, pushes, clock };
             pairs.record(rec, &moved, groups(Items::Facets));
         }
+        if let Some(matter) = self.matter.as_ref().filter(|_| shared) {
+            matter.record(rec, &Moved { cells, state: self.state, pushes, clock }, groups(Items::Facets));
+        }
         let force = lagrangian::Force { cells, solids, u, v, pushes, shares, clock, immediates };
         for (pushed, items) in [(1.0, Items::Touched), (0.0, Items::Inside)] {
             if self.items(items) > 0 {
@@ -338,7 +373,7 @@ impl<'gpu> Lagrangian<'gpu> {
     }
 
     /// Brings the particles up to date with the nodes.
-    fn sample(&mut self) -> Result<(), GpuError> {
+    pub(super) fn sample(&mut self) -> Result<(), GpuError> {
         let Self { cells, rests, particles, deformations, sizes: immediates, .. } = *self;
         let State { u, v, .. } = self.state;
         let mut rec = Recording::new("sample");
@@ -346,31 +381,4 @@ impl<'gpu> Lagrangian<'gpu> {
         rec.each(&sample, &self.constants, u64::from(self.sizes.points));
         self.gpu.run(&rec).map(|_| ())
     }
-}
-
-/// Overrides: the members of each family that this world uses.
-fn constants(world: &World) -> Constants {
-    let uses = |member: &Member| match member.family {
-        "material" | "piola" => world.bodies.iter().any(|b| b.material.law().material == member.kind),
-        "field" => world.fields.iter().any(|f| f.kind == member.kind),
-        _ => world.colliders.iter().any(|c| c.shape == member.kind),
-    };
-    let flag = |on: bool| if on { 1.0 } else { 0.0 };
-    kernels::MEMBERS.iter().fold(Constants::none(), |all, member| all.with(member.flag, flag(uses(member))))
-}
-
-/// Particles at the start. Those that are held never change.
-fn initial_particles(world: &World) -> (Vec<Particle>, Vec<Deformation>) {
-    let mut particles = Vec::new();
-    let mut deformations = Vec::new();
-    for (tag, body) in world.bodies.iter().enumerate() {
-        for (i, x) in body.positions.iter().enumerate() {
-            let held = if body.pinned.get(i) == Some(&true) { PINNED } else { 0 };
-            let m = body.density * body.particle_volume;
-            particles.push(Particle { x: *x, m, tag: tag as u32 | held, ..Particle::zeroed() });
-            let unit = |a: usize, w: f32| std::array::from_fn(|i| if i == 3 { w } else { f32::from(u8::from(i == a)) });
-            deformations.push(Deformation { f0: unit(0, body.particle_volume), f1: unit(1, 0.0), f2: unit(2, 0.0) });
-        }
-    }
-    (particles, deformations)
 }

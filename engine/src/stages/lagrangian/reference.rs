@@ -17,7 +17,7 @@ const HELD: u32 = 0x4000_0000;
 /// Pressure of contact for a depth of one cell, as a multiple of ρ c². An impact at v sinks in by v/c over this, in cells;
 /// it adds at most twice this to the 3 c²/dx² of the fastest vibration of a filled lattice, of the 7.1 c²/dx² that a
 /// Courant number of 0.75 stands.
-const CONTACT: f32 = 1.5;
+pub(super) const CONTACT: f32 = 1.5;
 
 /// Everything the kernels are told about the bodies.
 #[derive(Default)]
@@ -49,25 +49,33 @@ pub(super) struct Reference {
 /// # Errors
 /// The first that cannot, and why.
 pub fn fit(world: &World) -> Result<(), (usize, Unfit)> {
-    for (index, body) in world.bodies.iter().enumerate() {
-        if body.recycle.is_some() || body.emission.is_some() {
-            return Err((index, Unfit::Recycled));
-        }
-        let elastic = [material::COROTATED, material::NEO_HOOKEAN].contains(&body.material.law().material);
-        let checked = if elastic { Lattice::of(body, world.dx).map(|_| ()) } else { Err(Unfit::Material) };
-        checked.map_err(|why| (index, why))?;
+    world.bodies.iter().enumerate().try_for_each(|(index, body)| fit_body(body, world.dx).map_err(|why| (index, why)))
+}
+
+/// Whether a body can be simulated on a grid of its own, of cells of `dx` [m].
+///
+/// # Errors
+/// Why it cannot.
+pub fn fit_body(body: &Body, dx: f32) -> Result<(), Unfit> {
+    if body.recycle.is_some() || body.emission.is_some() {
+        return Err(Unfit::Recycled);
     }
-    Ok(())
+    let elastic = [material::COROTATED, material::NEO_HOOKEAN].contains(&body.material.law().material);
+    if elastic { Lattice::of(body, dx).map(|_| ()) } else { Err(Unfit::Material) }
 }
 
 impl Reference {
-    /// Builds the grids of all bodies.
+    /// Builds the grids of the bodies that are its own; the others have neither nodes nor points.
     ///
     /// # Errors
     /// The first body that has none, and why.
-    pub fn new(world: &World) -> Result<Self, (usize, Unfit)> {
+    pub fn new(world: &World, own: &[bool]) -> Result<Self, (usize, Unfit)> {
         let mut all = Self::default();
         for (index, body) in world.bodies.iter().enumerate() {
+            if own.get(index) != Some(&true) {
+                all.skip(body);
+                continue;
+            }
             let lattice = Lattice::of(body, world.dx).map_err(|why| (index, why))?;
             all.add(body, index as u32, &lattice, world.gravity, world.dx);
         }
@@ -91,6 +99,15 @@ impl Reference {
         let points = self.rests.iter_mut().map(|r| &mut r.point).chain(self.skins.iter_mut().map(|s| &mut s.point));
         self.thin.cells.iter_mut().for_each(|t| t.cell = place[t.cell as usize]);
         points.filter(|p| **p != NOBODY).for_each(|p| *p = place[(*p >> 3) as usize] << 3 | *p & 7);
+    }
+
+    /// A body that another solver moves.
+    fn skip(&mut self, body: &Body) {
+        self.solids.push(Solid::default());
+        self.rests.extend(body.positions.iter().map(|x| Rest { x: *x, point: NOBODY }));
+        self.held.push(0.0);
+        self.ranges.push(self.nodes.len()..self.nodes.len());
+        self.skin_ranges.push(self.skins.len()..self.skins.len());
     }
 
     fn add(&mut self, body: &Body, tag: u32, lattice: &Lattice, gravity: [f32; 3], dx: f32) {

@@ -45,9 +45,7 @@ impl Lagrangian<'_> {
         let pushes = self.gpu.read(self.pushes)?;
         let skins = self.skin_ranges.get(index).cloned().unwrap_or_default();
         out.elastic += skins.map(|i| f64::from(pushes[4 * i][3])).sum::<f64>();
-        if let Some(pairs) = &self.pairs {
-            out.elastic += pairs.energy(self.gpu, index)?;
-        }
+        out.elastic += self.ties(index)?;
         let range = self.ranges.get(index).cloned().unwrap_or_default();
         out.mass = self.held.get(index).copied().unwrap_or_default();
         for i in range {

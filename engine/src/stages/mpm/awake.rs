@@ -12,7 +12,7 @@ impl Mpm<'_> {
     pub(super) fn choose_groups(&mut self) -> Result<(), GpuError> {
         let bodies = self.ranges.iter().enumerate();
         let busy = bodies.flat_map(|(i, all)| match self.emitters.iter().find(|e| e.body == i) {
-            _ if self.rest.asleep(i) => vec![],
+            _ if self.rest.asleep(i) || self.guests[i] => vec![],
             Some(emitter) => emitter.out().to_vec(),
             None => vec![all.clone()],
         });

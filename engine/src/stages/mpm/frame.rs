@@ -83,19 +83,26 @@ impl Mpm<'_> {
         stats.asleep = self.rest.count();
         stats.groups = self.groups.len() as u32;
         if self.groups.is_empty() {
-            self.time += f64::from(length);
+            if let Some(alone) = self.guests_alone(length)? {
+                stats = FrameStats { emitted: stats.emitted, asleep: stats.asleep, ..alone };
+            }
+            if !stats.stopped && stats.stalled.is_none() {
+                self.time += f64::from(length);
+            }
             return Ok(stats);
         }
         let mut save = Recording::new("save");
         save.copy(self.particles, self.saved.0);
         save.copy(self.deformations, self.saved.1);
+        self.guest.iter().for_each(|g| g.solver.record_save(&mut save));
         self.gpu.run(&save)?;
         let mut back = Recording::new("back");
         back.copy(self.saved.0, self.particles);
         back.copy(self.saved.1, self.deformations);
+        self.guest.iter().for_each(|g| g.solver.record_back(&mut back));
         let began = self.courant;
         let span = (self.time, f64::from(length));
-        let judged = self.budget.as_ref().is_some_and(|b| b.judges(span.0, span.1));
+        let judged = self.budget.as_ref().is_some_and(|b| b.judges(span.0, span.1) && self.tells_all());
         let before = if judged { Some(self.sums_over(EVERY)?) } else { None };
         loop {
             let again = stats.rejected < MOST_REJECTED;
@@ -106,6 +113,9 @@ impl Mpm<'_> {
                 self.gpu.run(&back)?;
                 stats.stopped = true;
                 return Ok(stats);
+            }
+            if let Some(guest) = &mut self.guest {
+                guest.solver.sample()?;
             }
             let live = self.gpu.read(self.cells.live)?[0];
             let stalled = clock.stalled != 0;
@@ -171,6 +181,7 @@ impl Mpm<'_> {
         self.given = self.gpu.alloc("grid", "mpm/given", room.given(self.p2g))?;
         self.nodes = self.gpu.alloc("grid", "mpm/nodes", 64 * u64::from(room.slots))?;
         self.cells = Cells::new(self.gpu, grid, u64::from(self.particles_in_use()), room.slots, room.rows)?;
+        self.move_guest()?;
         self.choose_groups()
     }
 }

@@ -3,6 +3,7 @@
 
 mod awake;
 mod frame;
+mod guest;
 mod play;
 mod rest;
 mod run;
@@ -15,14 +16,16 @@ use std::sync::atomic::AtomicBool;
 use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Extent, Forces, Particle, Sums, mpm};
 use physvideo_gpu::{Buf, Constants, DeviceKind, Feature, Gpu, GpuError, Groups, Prepared, Recording};
 
+use self::guest::Guest;
 use self::rest::Rest;
-use self::run::{MOST_RUNS, Run, runs};
+use self::run::{Run, runs};
 use self::start::{constants, initial_state, room};
 use super::cells::{self, Cells, PARTICLE_GROUPS};
 use super::emit::Emitter;
 use super::energy::Budget;
-use super::solver::Measure;
+use super::lagrangian::Lagrangian;
 pub use super::solver::{ASLEEP, DORMANT, FLOWS, PINNED, QUARANTINED};
+use super::solver::{CALLS, Measure, RUNS};
 use super::source::Recycling;
 use crate::world::World;
 
@@ -102,6 +105,9 @@ pub struct Mpm<'gpu> {
     groups: Vec<u32>,
     rest: Rest,
     extents: Buf<Extent>,
+    /// Bodies that are on grids of their own.
+    guests: Vec<bool>,
+    guest: Option<Guest<'gpu>>,
 }
 
 /// All bodies, to `mpm/measure` (`EVERY` in WGSL).
@@ -113,9 +119,15 @@ impl<'gpu> Mpm<'gpu> {
     /// # Errors
     /// The device's refusal of a buffer or a kernel.
     pub fn new(gpu: &'gpu Gpu, world: &World, method: Method) -> Result<Self, GpuError> {
+        Self::build(gpu, world, method, &vec![false; world.bodies.len()])
+    }
+
+    /// Without what moves the `guests`.
+    fn build(gpu: &'gpu Gpu, world: &World, method: Method, guests: &[bool]) -> Result<Self, GpuError> {
         let count: u64 = world.bodies.iter().map(|b| b.positions.len() as u64).sum();
         let (mut particles, deformations) = initial_state(world);
         let emitters = Emitter::all(world, &mut particles, &deformations);
+        guest::leave_out(world, guests, &mut particles);
         let mut ranges = Vec::new();
         let mut first = 0;
         for body in &world.bodies {
@@ -173,11 +185,13 @@ impl<'gpu> Mpm<'gpu> {
             speed: speed.sqrt() + world.wave_speeds().1,
             dx: world.dx,
             ranges,
-            runs: runs(world, method),
+            runs: runs(world, method, guests),
             emitters,
             groups: (0..count.div_ceil(64) as u32).collect(),
             rest: Rest::new(world, method.sleep),
             extents: gpu.alloc("run", "mpm/extents", world.bodies.len() as u64)?,
+            guests: guests.to_vec(),
+            guest: None,
         };
         mpm.update_stress()?;
         mpm.choose_groups()?;
@@ -197,6 +211,13 @@ impl<'gpu> Mpm<'gpu> {
             + sort
             + Recycling::bytes(world)
             + (size_of::<Extent>() * world.bodies.len()) as u64
+    }
+
+    /// The same where the bodies that `own` names, if any, are on grids of their own.
+    pub fn bytes_beside(world: &World, own: &[bool]) -> u64 {
+        let gifts = 12 * 64 * u64::from(room(world, &cells::grid(world.domain, world.dx)).slots);
+        let guests = if own.contains(&true) { gifts + Lagrangian::bytes_of(world, own) } else { 0 };
+        Self::bytes(world) + guests
     }
 
     /// Which transfer is used.
@@ -268,14 +289,19 @@ impl<'gpu> Mpm<'gpu> {
         self.gpu.write(self.clock, 0, &[clock])
     }
 
-    fn run_groups(&self) -> [[u32; 4]; MOST_RUNS] {
+    fn run_groups(&self) -> [[u32; 4]; RUNS] {
         let busy = |r: &Run| match self.busy_groups(r.first, r.count) {
             0 => 0,
             // All particles of the scene are found by their cells, those of a stretch by their numbers.
             some if self.runs.len() == 1 => r.count.min(64 * some),
             _ => r.count,
         };
-        std::array::from_fn(|i| self.runs.get(i).map_or([0, 1, 1, 0], |r| [busy(r).div_ceil(64), 1, 1, busy(r)]))
+        let mut all =
+            std::array::from_fn(|i| self.runs.get(i).map_or([0, 1, 1, 0], |r| [busy(r).div_ceil(64), 1, 1, busy(r)]));
+        if let Some(guest) = &self.guest {
+            all[CALLS..].copy_from_slice(&guest.solver.calls());
+        }
+        all
     }
 
     fn particles_in_use(&self) -> u32 {
@@ -295,6 +321,9 @@ impl<'gpu> Mpm<'gpu> {
     /// # Errors
     /// The device's refusal.
     pub fn measure(&self, index: usize) -> Result<Measure, GpuError> {
+        if let Some(measure) = self.measure_guest(index) {
+            return measure;
+        }
         self.sums_over(index as u32)
     }
 
@@ -307,6 +336,10 @@ impl<'gpu> Mpm<'gpu> {
         let call = mpm::Measure { particles, deformations, bodies, sums, immediates };
         rec.each(&call, &self.constants, u64::from(count));
         self.gpu.run(&rec)?;
-        Ok(Measure::of(&self.gpu.read(sums)?, self.dx))
+        let mut all = Measure::of(&self.gpu.read(sums)?, self.dx);
+        if let (EVERY, Some(guest)) = (body, &self.guest) {
+            all.elastic += guest.solver.springs()?;
+        }
+        Ok(all)
     }
 }

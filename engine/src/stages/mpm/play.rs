@@ -23,6 +23,9 @@ impl Solver for Mpm<'_> {
     }
 
     fn stop_when(&mut self, asked: Arc<AtomicBool>) {
+        if let Some(guest) = &mut self.guest {
+            guest.solver.stop_when(Arc::clone(&asked));
+        }
         self.stop = Some(asked);
     }
 

@@ -26,26 +26,31 @@ pub(super) struct Run {
     pub constants: Constants,
 }
 
-/// The stretches of a world, in the order of its bodies.
-pub(super) fn runs(world: &World, method: Method) -> Vec<Run> {
+/// The stretches of a world, in the order of its bodies, but those of `guests`, which move otherwise.
+pub(super) fn runs(world: &World, method: Method, guests: &[bool]) -> Vec<Run> {
     let kind = |body: &Body| body.material.law().material;
+    let own = |i: usize| guests.get(i) != Some(&true);
     let mut groups: Vec<std::ops::Range<usize>> = Vec::new();
     for (i, body) in world.bodies.iter().enumerate() {
         let full = groups.len() == MOST_RUNS;
         match groups.last_mut() {
-            Some(last) if full || kind(&world.bodies[last.start]) == kind(body) => last.end = i + 1,
+            Some(last) if full || own(last.start) == own(i) && kind(&world.bodies[last.start]) == kind(body) => {
+                last.end = i + 1;
+            }
             _ => groups.push(i..i + 1),
         }
     }
-    let all = groups.len() == 1;
-    let alike = world.bodies.iter().all(|b| (b.density / world.bodies[0].density - 1.0).abs() < ALIKE);
+    let all = groups.iter().filter(|g| own(g.start)).count() == 1;
+    let mut densities = world.bodies.iter().zip(0..).filter(|(_, i)| own(*i)).map(|(b, _)| b.density);
+    let one = densities.next().unwrap_or(1.0);
+    let alike = densities.all(|d| (d / one - 1.0).abs() < ALIKE);
     // What starts anew does so after G2P, and then its cells are found.
     let locates = world.bodies.iter().all(|b| b.recycle.is_none());
     let mut first = 0;
     groups
         .into_iter()
-        .map(|group| {
-            let bodies = &world.bodies[group];
+        .filter_map(|group| {
+            let (own, bodies) = (own(group.start), &world.bodies[group]);
             let count = bodies.iter().map(|b| b.positions.len() as u32).sum();
             let liquid = bodies.iter().all(|b| kind(b) == physvideo_gpu::kernels::family::material::LIQUID);
             let flag = |on: bool| if on { 1.0 } else { 0.0 };
@@ -56,7 +61,7 @@ pub(super) fn runs(world: &World, method: Method) -> Vec<Run> {
                 .with("PACKED", if alike { 0.0 } else { PACKED });
             let run = Run { first, count, constants };
             first += count;
-            run
+            own.then_some(run)
         })
         .collect()
 }

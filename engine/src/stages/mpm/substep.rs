@@ -7,7 +7,7 @@ use super::{Mpm, P2g};
 use crate::stages::cells::Cells;
 
 /// Byte offset of the workgroup counts of the runs in `Clock`.
-const RUN_GROUPS: u64 = std::mem::offset_of!(Clock, runs) as u64;
+pub(super) const RUN_GROUPS: u64 = std::mem::offset_of!(Clock, runs) as u64;
 
 impl Mpm<'_> {
     /// One substep: the rest of the sort and the clock, P2G, grid, G2P with the begin of the next sort.
@@ -16,6 +16,11 @@ impl Mpm<'_> {
         let Cells { grid: immediates, table, keys, list, counts, order, spans, rows, marks, links, live, .. } =
             self.cells;
         let Self { particles, deformations, bodies, forces, clock, colliders, given, nodes, .. } = *self;
+        // Guests look blocks up after the grid update, which otherwise ends the sort.
+        let grid_constants = match &self.guest {
+            Some(_) => &k.clone().with("FORGETS", 0.0),
+            None => k,
+        };
         let (blocks, slots, filled) = (self.cells.block_groups(), self.cells.node_groups(), self.cells.row_groups());
         let counters = live.cast();
         self.cells.record_order(rec, k, clock, true);
@@ -68,13 +73,14 @@ impl Mpm<'_> {
                 live: counters,
                 immediates,
             };
-            rec.call(&grid, k, slots);
+            rec.call(&grid, grid_constants, slots);
         } else {
             let tiles = given;
             let grid =
                 mpm::Grid { tiles, links, list, live: counters, nodes, clock, colliders, table, counts, immediates };
-            rec.call(&grid, k, slots);
+            rec.call(&grid, grid_constants, slots);
         }
+        self.record_guest(rec);
         for (i, run) in self.runs.iter().enumerate() {
             let g2p = mpm::G2p {
                 was: particles,

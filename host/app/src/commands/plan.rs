@@ -90,10 +90,10 @@ fn flow(outlook: &Outlook) -> String {
 
 fn stages(plan: &Plan, elastic: &Choice) -> String {
     let line = |stage: &physvideo::plan::Planned| match &stage.skipped {
-        None if stage.name == "simulate" && elastic.total_lagrangian => {
-            format!("{:<12} run      total Lagrangian", stage.name)
+        None => {
+            let solvers = elastic.name().filter(|_| stage.name == "simulate");
+            format!("{:<12} run      {}", stage.name, solvers.unwrap_or(stage.what))
         }
-        None => format!("{:<12} run      {}", stage.name, stage.what),
         Some(reason) => format!("{:<12} skipped  {reason}", stage.name),
     };
     plan.stages.iter().map(line).collect::<Vec<_>>().join("\n")

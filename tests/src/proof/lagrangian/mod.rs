@@ -5,6 +5,7 @@ pub mod advance;
 pub mod contact;
 pub mod force;
 pub mod meet;
+pub mod press;
 pub mod sample;
 pub mod surface;
 pub mod thin;

@@ -79,7 +79,7 @@ fn inputs(ask: Ask) -> Call {
 }
 
 /// A facet by the equations: its middle, velocity, normal and area.
-fn moved(f: &Facet, cells: &[ElasticCell], u: &[[f32; 4]], v: &[[f32; 4]]) -> (Vec3, Vec3, Vec3, Vec3) {
+pub(super) fn moved(f: &Facet, cells: &[ElasticCell], u: &[[f32; 4]], v: &[[f32; 4]]) -> (Vec3, Vec3, Vec3, Vec3) {
     let axis = (f.tag >> 8 & 3) as usize;
     let way = if f.tag >> 10 & 1 == 1 { 1.0 } else { -1.0 };
     let (mut x, mut speed, mut cof) = (vec3(&f.x), Vec3::zeros(), Mat3::identity());

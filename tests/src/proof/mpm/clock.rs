@@ -39,7 +39,12 @@ pub(crate) fn sample(ask: Ask) -> Clock {
         quarantined: 4,
         particles: ask.items as u32,
         idle_groups: ask.items.div_ceil(64) as u32 / 3,
-        runs: [[7, 1, 1, 65], [0, 1, 1, ask.items as u32], [0; 4], [0; 4], [0; 4], [0; 4], [0; 4], [1, 1, 1, 1]],
+        runs: std::array::from_fn(|i| match i {
+            0 => [7, 1, 1, 65],
+            1 => [0, 1, 1, ask.items as u32],
+            7 | 13 => [1, 1, 1, i as u32],
+            _ => [0; 4],
+        }),
         ..Default::default()
     }
 }

@@ -24,9 +24,9 @@ pub static CASE: Case = Case {
 };
 
 /// Closer than this to a border between two cases, rounding decides [m, m/s].
-const MARGIN: f64 = 2e-6;
+pub(super) const MARGIN: f64 = 2e-6;
 
-/// Odd seeds have no obstacle.
+/// Odd seeds have no obstacle; with every fourth another call forgets the claims.
 fn inputs(ask: Ask) -> Call {
     let (call, sorted) = frame(ask);
     let tiles = gifts(ask, sorted.blocks * TILE);
@@ -44,6 +44,8 @@ pub(super) fn frame(ask: Ask) -> (Call, Lattice) {
     }
     let clock = Clock { frame_start: 0.5, t: 0.2, dt: 0.0125, clamped_velocity: 5, ..Default::default() };
     let call = Call::new(slots + 2)
+        .constant("FORGETS", if keeps(ask) { 0.0 } else { 1.0 })
+        .with("keeps", &[u32::from(keeps(ask))])
         .with("links", &sorted.links)
         .with("list", &sorted.list)
         .with("table", &sorted.table)
@@ -56,14 +58,21 @@ pub(super) fn frame(ask: Ask) -> (Call, Lattice) {
     (call, sorted)
 }
 
+/// Whether another call forgets the claims.
+fn keeps(ask: Ask) -> bool {
+    ask.seed % 4 == 3
+}
+
 /// Whether the sort finds what it starts with.
 fn forgets(call: &Call, out: &Buffers) -> bool {
     let was: Counts = call.buffers.one("live");
     // Without a block there is no workgroup to do it, and nothing to be done.
     let reset = Counts { blocks: 0, nodes: 0, rows: 0, row_groups: 0, upper: 0, cursor: 0, placed: was.cursor, ..was };
-    let want = if was.nodes > 0 { reset } else { was };
+    let keeps = call.buffers.one::<u32>("keeps") == 1;
+    let want = if was.nodes > 0 && !keeps { reset } else { was };
     let zero = |name: &str| out.get::<u32>(name).iter().all(|n| *n == 0);
-    zero("table") && zero("counts") && out.one::<Counts>("live") == want
+    let claims = if keeps { out.bytes("table") == call.buffers.bytes("table") } else { zero("table") };
+    claims && zero("counts") && out.one::<Counts>("live") == want
 }
 
 /// Momenta and masses, some of them nothing; poisoned: a few not finite or huge.
