@@ -46,6 +46,7 @@ pub static CASES: &[&Case] = &[
     &mpm::p2g::CASE,
     &mpm::p2g_fixed::CASE,
     &mpm::p2g_float::CASE,
+    &mpm::settle::CASE,
     &mpm::stress_case::CASE,
     &mpm::survey::CASE,
     &points::bin_count::CASE,

@@ -57,7 +57,7 @@ impl Mpm<'_> {
             changed |= any;
         }
         if changed {
-            self.choose_groups()?;
+            self.choose_particles()?;
         }
         Ok(emitted)
     }
@@ -68,7 +68,8 @@ impl Mpm<'_> {
     /// that ends with more energy than can have come in at its end (see [`Budget`]), and both are repeated with
     /// a Courant number 0.78 times as large, which the run then keeps: no step is safe for a particle nearly alone
     /// (Bai & Schroeder 2022), and how far a body is from that changes slowly. Three times a frame at most; where that
-    /// does not help, the run returns to its own steps, and what happens is counted.
+    /// does not help, the run returns to its own steps, and what happens is counted. One in which motion came to what sleeps
+    /// is repeated with more awake.
     ///
     /// # Errors
     /// The device's refusal.
@@ -80,10 +81,10 @@ impl Mpm<'_> {
         }
         stats.emitted = self.emit(length)?;
         self.wake(length)?;
-        stats.asleep = self.rest.count();
-        stats.groups = self.groups.len() as u32;
-        if self.groups.is_empty() {
+        if self.listed.is_empty() {
             self.time += f64::from(length);
+            stats.asleep = self.rest.asleep();
+            self.rest.remember(self.time, length);
             return Ok(stats);
         }
         let mut save = Recording::new("save");
@@ -113,6 +114,14 @@ impl Mpm<'_> {
             if live.overflow + live.crowded > 0 {
                 self.gpu.run(&back)?;
                 self.make_room(live.overflow > 0, live.crowded > 0)?;
+                continue;
+            }
+            if clock.stirred > 0 {
+                self.gpu.run(&back)?;
+                self.rest.reach_further();
+                self.wake(length)?;
+                self.gpu.run(&save)?;
+                stats.woken += 1;
                 continue;
             }
             let gained = match &before {
@@ -149,6 +158,8 @@ impl Mpm<'_> {
             if let Some(recycling) = &self.recycling {
                 stats.recycled = recycling.recycled(self.gpu)?;
             }
+            stats.groups = self.listed.len().div_ceil(64) as u32;
+            stats.asleep = self.rest.asleep();
             self.time += f64::from(length);
             self.settle(length)?;
             return Ok(stats);
@@ -170,7 +181,8 @@ impl Mpm<'_> {
         self.gpu.free_arena("grid");
         self.given = self.gpu.alloc("grid", "mpm/given", room.given(self.p2g))?;
         self.nodes = self.gpu.alloc("grid", "mpm/nodes", 64 * u64::from(room.slots))?;
+        self.extents = self.gpu.alloc("grid", "mpm/extents", room.slots.into())?;
         self.cells = Cells::new(self.gpu, grid, u64::from(self.particles_in_use()), room.slots, room.rows)?;
-        self.choose_groups()
+        self.choose_particles()
     }
 }

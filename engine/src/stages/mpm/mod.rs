@@ -4,6 +4,7 @@
 mod awake;
 mod frame;
 mod play;
+mod reach;
 mod rest;
 mod run;
 mod start;
@@ -13,12 +14,12 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Extent, Forces, Particle, Sums, mpm};
-use physvideo_gpu::{Buf, Constants, DeviceKind, Feature, Gpu, GpuError, Groups, Prepared, Recording};
+use physvideo_gpu::{Buf, Constants, DeviceKind, Feature, Gpu, GpuError, Prepared, Recording};
 
 use self::rest::Rest;
-use self::run::{MOST_RUNS, Run, runs};
+use self::run::{MOST_RUNS, Run, Stretch, runs};
 use self::start::{constants, initial_state, room};
-use super::cells::{self, Cells, PARTICLE_GROUPS};
+use super::cells::{self, Cells};
 use super::emit::Emitter;
 use super::energy::Budget;
 use super::solver::Measure;
@@ -46,7 +47,7 @@ pub struct Method {
     pub deterministic: bool,
     /// Stress and deformation by the gradient of the B-spline instead of the MLS form.
     pub true_gradient: bool,
-    /// Bodies at rest are left out until something comes near.
+    /// Blocks in which nothing moves are left out until something comes near.
     pub sleep: bool,
     /// Substeps in a command buffer.
     pub batch: u32,
@@ -98,9 +99,15 @@ pub struct Mpm<'gpu> {
     waves: Vec<f32>,
     runs: Vec<Run>,
     emitters: Vec<Emitter>,
-    /// Groups of 64 particles that substeps work on.
-    groups: Vec<u32>,
+    /// The particles that substeps work on, and where those of each run are among them.
+    listed: Vec<u32>,
+    stretches: [Stretch; MOST_RUNS],
     rest: Rest,
+    /// Some particles may have flags of `rest`.
+    flagged: bool,
+    /// Those of each block of the grid.
+    flags: Buf<u32>,
+    /// What is seen of each slot.
     extents: Buf<Extent>,
 }
 
@@ -175,12 +182,15 @@ impl<'gpu> Mpm<'gpu> {
             ranges,
             runs: runs(world, method),
             emitters,
-            groups: (0..count.div_ceil(64) as u32).collect(),
-            rest: Rest::new(world, method.sleep),
-            extents: gpu.alloc("run", "mpm/extents", world.bodies.len() as u64)?,
+            listed: Vec::new(),
+            stretches: Default::default(),
+            rest: Rest::new(world, &grid, method.sleep),
+            flagged: false,
+            flags: gpu.alloc("run", "mpm/flags", grid.blocks.iter().map(|b| u64::from(*b)).product())?,
+            extents: gpu.alloc("grid", "mpm/extents", room.slots.into())?,
         };
         mpm.update_stress()?;
-        mpm.choose_groups()?;
+        mpm.choose_particles()?;
         Ok(mpm)
     }
 
@@ -196,7 +206,8 @@ impl<'gpu> Mpm<'gpu> {
             + 16 * (given + 64 * u64::from(room.slots))
             + sort
             + Recycling::bytes(world)
-            + (size_of::<Extent>() * world.bodies.len()) as u64
+            + size_of::<Extent>() as u64 * u64::from(room.slots)
+            + 4 * grid.blocks.iter().map(|b| u64::from(*b)).product::<u64>()
     }
 
     /// Which transfer is used.
@@ -212,10 +223,6 @@ impl<'gpu> Mpm<'gpu> {
     /// Bodies' ranges in the particle buffer.
     pub fn ranges(&self) -> &[std::ops::Range<u64>] {
         &self.ranges
-    }
-
-    fn particle_groups(&self) -> Groups {
-        Groups::Indirect(self.clock.erase(), PARTICLE_GROUPS)
     }
 
     fn prepare(&mut self) -> Result<(), GpuError> {
@@ -260,22 +267,14 @@ impl<'gpu> Mpm<'gpu> {
             force_dt: self.force_dt,
             speed_bits: self.speed.to_bits(),
             particles: self.particles_in_use(),
-            idle_groups: self.particles_in_use().div_ceil(64) - self.groups.len() as u32,
-            particle_groups: [self.groups.len() as u32, 1, 1],
-            runs: self.run_groups(),
+            idle: self.particles_in_use() - self.listed.len() as u32,
+            particle_groups: [self.listed.len().div_ceil(64) as u32, 1, 1],
+            runs: self.stretches.map(|s| [s.count.div_ceil(64), 1, 1, s.count]),
+            starts: self.stretches.map(|s| s.start),
+            stir: rest::STIR * self.dx / length,
             ..Default::default()
         };
         self.gpu.write(self.clock, 0, &[clock])
-    }
-
-    fn run_groups(&self) -> [[u32; 4]; MOST_RUNS] {
-        let busy = |r: &Run| match self.busy_groups(r.first, r.count) {
-            0 => 0,
-            // All particles of the scene are found by their cells, those of a stretch by their numbers.
-            some if self.runs.len() == 1 => r.count.min(64 * some),
-            _ => r.count,
-        };
-        std::array::from_fn(|i| self.runs.get(i).map_or([0, 1, 1, 0], |r| [busy(r).div_ceil(64), 1, 1, busy(r)]))
     }
 
     fn particles_in_use(&self) -> u32 {
@@ -286,7 +285,8 @@ impl<'gpu> Mpm<'gpu> {
         self.set_clock(1.0, false)?;
         let Self { particles, deformations, bodies, clock, .. } = *self;
         let mut rec = Recording::new("stress");
-        rec.call(&mpm::Stress { particles, deformations, bodies, clock }, &self.constants, self.particle_groups());
+        let stress = mpm::Stress { particles, deformations, bodies, clock };
+        rec.each(&stress, &self.constants, self.particles_in_use().into());
         self.gpu.run(&rec).map(|_| ())
     }
 

@@ -52,7 +52,7 @@ impl Sph<'_> {
             }
         }
         if changed {
-            self.choose_groups()?;
+            self.choose_particles()?;
         }
         Ok(emitted)
     }
@@ -72,8 +72,8 @@ impl Sph<'_> {
             return Ok(stats);
         }
         stats.emitted = self.emit(length)?;
-        stats.groups = self.groups.len() as u32;
-        if self.groups.is_empty() {
+        stats.groups = self.listed.len().div_ceil(64) as u32;
+        if self.listed.is_empty() {
             self.time += f64::from(length);
             return Ok(stats);
         }
@@ -147,6 +147,6 @@ impl Sph<'_> {
         self.batch = None;
         self.gpu.free_arena("grid");
         self.cells = Cells::new(self.gpu, grid, u64::from(self.count), slots, self.count.max(1))?;
-        self.choose_groups()
+        self.choose_particles()
     }
 }

@@ -12,6 +12,7 @@ pub mod obstacle;
 pub mod p2g;
 pub mod p2g_fixed;
 pub mod p2g_float;
+pub mod settle;
 pub mod spline;
 #[path = "stress.rs"]
 pub mod stress_case;
