@@ -81,7 +81,7 @@ const EFFECTS: [(&str, &str, &str, &str); 27] = [
     ("mpm/measure", "mpm/measure", "(p.tag & DORMANT) != 0u", "false"),
     ("mpm/survey", "mpm/survey", "0x80000000u, 0xffffffffu", "0x80000000u, 0x7fffffffu"),
     ("mpm/survey", "mpm/survey", "word(awake, id.x)", "id.x"),
-    ("mpm/survey", "mpm/survey", "if (found == NOWHERE) { return; }", ""),
+    ("mpm/survey", "mpm/survey", "low[a], key(-c)", "low[a], key(c)"),
     ("mpm/survey", "mpm/survey", "atomicMax(&extents.d[slot].speed, ", "atomicStore(&extents.d[slot].speed, "),
     ("source/recycle", "source/recycle", "all(x >= low) && all(x <= high)", "all(x >= low)"),
     ("source/recycle", "source/recycle", "(tag & (PINNED | QUARANTINED)) != 0u", "(tag & PINNED) != 0u"),

@@ -56,9 +56,9 @@ fn inputs(ask: Ask) -> Call {
         8 => (clock.wave_speed, clock.speed_bits) = (1e-4, 0), // one step is more than the frame
         9 => clock.longest = length * 0.003,
         6 => clock.watch = 1,
-        7 if ask.items == 65 => clock.stirred = 1,
         7 => (clock.watch, clock.clamped_velocity, clock.quarantined) = (1, 0, 0),
         3 => clock.force_dt = length * 0.01,
+        0 if ask.items == 1000 => clock.stirred = 1,
         0 if ask.items == 65 => clock.force_dt = length * 1e-7,
         4 => clock.force_dt = length * 2.0,
         _ => {}
