@@ -188,7 +188,7 @@ pub struct Simulation {
     pub elastic: Elastic,
     /// Same bits on every run on the same device.
     pub deterministic: bool,
-    /// Bodies at rest that nothing touches are left out until something comes near.
+    /// Parts of bodies in which nothing moves are left out until something comes near.
     pub sleep: bool,
     /// Largest corner-to-corner box the bodies may reach [m]; absent: twice the bodies' own box. A body in
     /// total-Lagrangian form has no grid to leave.

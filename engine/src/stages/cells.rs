@@ -17,7 +17,7 @@ pub struct Cells {
     pub counts: Buf<u32>,
     /// First place of each cell in the order.
     pub starts: Buf<u32>,
-    /// Groups of 64 particles that are sorted: all, unless [`Cells::sort_only`] says otherwise.
+    /// Numbers of the particles that are sorted: all, unless [`Cells::sort_only`] says otherwise.
     pub awake: Buf<u32>,
     /// Cell of each particle: block · 64 + its place in the block while the sort goes on, slot · 64 + that afterwards.
     pub keys: Buf<u32>,
@@ -63,20 +63,11 @@ pub fn grid(domain: ([f32; 3], [f32; 3]), dx: f32) -> Grid {
     grid
 }
 
-/// The groups of 64 that hold any of the particles in `ranges`, ascending.
-pub fn groups(ranges: impl Iterator<Item = std::ops::Range<u64>>) -> Vec<u32> {
-    let mut all: Vec<u32> =
-        ranges.filter(|r| !r.is_empty()).flat_map(|r| (r.start / 64) as u32..=((r.end - 1) / 64) as u32).collect();
-    all.sort_unstable();
-    all.dedup();
-    all
-}
-
 impl Cells {
     /// Bytes that [`Cells::new`] allocates for `particles`.
     pub fn bytes(grid: &Grid, particles: u64, capacity: u32, rows: u32) -> u64 {
         let dense = grid.blocks.iter().map(|b| u64::from(*b)).product::<u64>();
-        4 * (dense + (2 * 64 + 16 + 28) * u64::from(capacity) + 3 * particles + particles.div_ceil(64))
+        4 * (dense + (2 * 64 + 16 + 28) * u64::from(capacity) + 4 * particles)
             + size_of::<Row>() as u64 * u64::from(rows)
     }
 
@@ -94,7 +85,7 @@ impl Cells {
             list: gpu.alloc("grid", "cells/list", slots)?,
             counts: gpu.alloc("grid", "cells/counts", 64 * slots)?,
             starts: gpu.alloc("grid", "cells/starts", 64 * slots)?,
-            awake: gpu.upload("grid", "cells/awake", &Vec::from_iter(0..particles.div_ceil(64) as u32))?,
+            awake: gpu.upload("grid", "cells/awake", &Vec::from_iter(0..particles as u32))?,
             keys: gpu.alloc("grid", "cells/keys", particles)?,
             ranks: gpu.alloc("grid", "cells/ranks", particles)?,
             order: gpu.alloc("grid", "cells/order", particles)?,
@@ -108,12 +99,12 @@ impl Cells {
         })
     }
 
-    /// Sorts only the particles in these groups of 64 from now on; the clock dispatches as many.
+    /// Sorts only these particles from now on; the clock dispatches as many.
     ///
     /// # Errors
     /// The device's refusal.
-    pub fn sort_only(&self, gpu: &Gpu, groups: &[u32]) -> Result<(), GpuError> {
-        gpu.write(self.awake, 0, groups)
+    pub fn sort_only(&self, gpu: &Gpu, particles: &[u32]) -> Result<(), GpuError> {
+        gpu.write(self.awake, 0, particles)
     }
 
     /// Workgroups over the blocks that hold particles.
@@ -229,14 +220,3 @@ pub fn touched(grid: &Grid, positions: impl Iterator<Item = [f32; 3]>) -> (u64, 
 }
 
 pub use kernels::Live as Counters;
-
-#[cfg(test)]
-mod tests {
-    use super::groups;
-
-    #[test]
-    fn a_group_is_named_once_however_many_ranges_touch_it() {
-        assert_eq!(groups([0..1, 10..64, 64..65, 200..200, 300..449].into_iter()), [0, 1, 4, 5, 6, 7]);
-        assert!(groups(std::iter::once(5..5)).is_empty());
-    }
-}

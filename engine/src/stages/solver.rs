@@ -23,8 +23,10 @@ pub struct FrameStats {
     pub quarantined: u32,
     /// Groups of 64 particles that each substep worked on; those not emitted yet and those asleep are in none.
     pub groups: u32,
-    /// Bodies at rest that were left out.
+    /// Particles at rest that were asleep.
     pub asleep: u32,
+    /// Attempts at the frame that were taken back because motion came to what was asleep.
+    pub woken: u32,
     /// Particles that left an emitter.
     pub emitted: u32,
     /// Particles that started anew at their source.
@@ -136,6 +138,17 @@ impl Measure {
     }
 }
 
+/// A time in which some particles of a body were asleep without a break.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nap {
+    /// When it began [s].
+    pub from: f64,
+    /// When it ended [s].
+    pub to: f64,
+    /// How many particles slept at the most.
+    pub particles: u32,
+}
+
 /// A solver over one world: its bodies in the order of the world's, their particles body after body.
 pub trait Solver {
     /// Advances by one frame of `length` seconds.
@@ -162,8 +175,8 @@ pub trait Solver {
     /// Their deformation; what is drawn of a photograph follows it.
     fn deformations(&self) -> Buf<Deformation>;
 
-    /// From when to when each body was left out because it was at rest [s].
-    fn left_out(&self) -> Vec<Vec<[f64; 2]>> {
+    /// When particles of each body were asleep.
+    fn left_out(&self) -> Vec<Vec<Nap>> {
         Vec::new()
     }
 
@@ -179,8 +192,10 @@ pub(super) const CALLS: usize = 8;
 
 /// Flag of a particle that is held (`PINNED` in WGSL).
 pub const PINNED: u32 = 0x4000_0000;
-/// Flag of a particle of a body at rest that is left out (`ASLEEP` in WGSL).
+/// Flag of a particle at rest that gives to the grid at the most (`ASLEEP` in WGSL).
 pub const ASLEEP: u32 = 0x1000_0000;
+/// Flag of a particle beside those asleep, to tell when motion comes (`WATCHED` in WGSL).
+pub const WATCHED: u32 = 0x0200_0000;
 /// Flag of a particle of SPH that is still in its nozzle and moves as that says (`LED` in WGSL).
 pub const LED: u32 = 0x0400_0000;
 /// Flag of a particle that is not emitted yet, or no more (`DORMANT` in WGSL); comes with [`QUARANTINED`].

@@ -57,8 +57,8 @@ impl Recycling {
         Ok(gpu.read(self.tally)?[0].recycled)
     }
 
-    /// Comes before the particles are sorted, in every substep: none may leave the grid unseen. `awake` are the groups
-    /// of 64 that are worked on.
+    /// Comes before the particles are sorted, in every substep: none may leave the grid unseen. `awake` are those
+    /// that are worked on.
     pub fn record(
         &self,
         rec: &mut Recording,

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use physvideo::cap::Capped;
 use physvideo::plan::Plan;
-use physvideo::stages::solver::{FrameStats, Measure};
+use physvideo::stages::solver::{FrameStats, Measure, Nap};
 use serde::Serialize;
 
 use crate::device::DeviceEntry;
@@ -157,8 +157,25 @@ impl From<&Capped> for Softened {
 pub struct Skipped {
     /// Its name.
     pub object: String,
-    /// From when to when it was asleep [s].
-    pub asleep_s: Vec<[f64; 2]>,
+    /// When some of its particles were asleep.
+    pub asleep: Vec<Asleep>,
+}
+
+/// A time in which some particles of an object were asleep without a break.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Asleep {
+    /// When it began [s].
+    pub from_s: f64,
+    /// When it ended [s].
+    pub to_s: f64,
+    /// How many slept at the most.
+    pub particles: u32,
+}
+
+impl From<&Nap> for Asleep {
+    fn from(nap: &Nap) -> Self {
+        Self { from_s: nap.from, to_s: nap.to, particles: nap.particles }
+    }
 }
 
 /// Least and greatest of a number.

@@ -202,8 +202,8 @@ impl Clip<'_> {
         let naps = animation.solver.as_ref().map_or_else(Vec::new, |s| s.left_out());
         let named = self.report.particles.iter().map(|p| p.object.clone()).zip(naps);
         self.report.skipped = named
-            .filter(|(_, asleep_s)| !asleep_s.is_empty())
-            .map(|(object, asleep_s)| Skipped { object, asleep_s })
+            .filter(|(_, naps)| !naps.is_empty())
+            .map(|(object, naps)| Skipped { object, asleep: naps.iter().map(Into::into).collect() })
             .collect();
         let end = self.measure(&animation);
         if let Some(failure) = written.failure {

@@ -2,6 +2,7 @@
 // Counts the particles of each cell and gives each its place in the count.
 //! texels keys: u32
 //! texels table: u32
+//! texels awake: u32
 
 struct Words { d: array<u32> }
 struct AtomicWords { d: array<atomic<u32>> }
@@ -10,13 +11,14 @@ struct AtomicWords { d: array<atomic<u32>> }
 @group(0) @binding(2) var<storage, read_write> counts: AtomicWords;
 @group(0) @binding(3) var<storage, read_write> ranks: Words;
 @group(0) @binding(4) var<storage, read> clock: Clock;
-@group(0) @binding(5) var<storage, read> awake: Words;      // groups of 64 particles of which any moves
+@group(0) @binding(5) var awake: texture_1d<u32>;   // numbers of the particles that are worked on
 var<immediate> grid: Grid;
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let p = awake.d[group.x] * 64u + lane;
-    if (p >= clock.particles) { return; }
+    let i = group.x * 64u + lane;
+    if (i >= clock.particles - clock.idle) { return; }
+    let p = word(awake, i);
     let key = word(keys, p);
     if (key == NOWHERE) { return; }
     let slot = word(table, key >> 6u) - 1u;

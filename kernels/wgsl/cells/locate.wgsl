@@ -3,6 +3,7 @@
 // quarantined.
 //! texels was: Particle
 //! texels claimed: u32
+//! texels awake: u32
 
 struct Particles { d: array<Particle> }
 struct Words { d: array<u32> }
@@ -16,16 +17,17 @@ struct AtomicWords { d: array<atomic<u32>> }
 // The same particles and table, read.
 @group(0) @binding(6) var was: texture_1d<u32>;
 @group(0) @binding(7) var claimed: texture_1d<u32>;
-@group(0) @binding(8) var<storage, read> awake: Words;      // groups of 64 particles of which any moves
+@group(0) @binding(8) var awake: texture_1d<u32>;   // numbers of the particles that are worked on
 var<immediate> grid: Grid;
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let p = awake.d[group.x] * 64u + lane;
-    if (p >= clock.particles) { return; }
+    let i = group.x * 64u + lane;
+    if (i >= clock.particles - clock.idle) { return; }
+    let p = word(awake, i);
     let head = texel(was, 6u * p);
     let tag = bitcast<u32>(head.w);
-    if ((tag & (QUARANTINED | ASLEEP)) != 0u) {
+    if ((tag & QUARANTINED) != 0u) {
         keys.d[p] = NOWHERE;
         return;
     }

@@ -4,6 +4,7 @@
 //! texels table: u32
 //! texels starts: u32
 //! texels ranks: u32
+//! texels awake: u32
 
 struct Words { d: array<u32> }
 @group(0) @binding(0) var was: texture_1d<u32>;                 // the keys: block · 64 + cell
@@ -13,13 +14,14 @@ struct Words { d: array<u32> }
 @group(0) @binding(4) var<storage, read_write> order: Words;
 @group(0) @binding(5) var<storage, read> clock: Clock;
 @group(0) @binding(6) var<storage, read_write> keys: Words;     // the same: slot · 64 + cell
-@group(0) @binding(7) var<storage, read> awake: Words;      // groups of 64 particles of which any moves
+@group(0) @binding(7) var awake: texture_1d<u32>;   // numbers of the particles that are worked on
 var<immediate> grid: Grid;
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let p = awake.d[group.x] * 64u + lane;
-    if (p >= clock.particles) { return; }
+    let i = group.x * 64u + lane;
+    if (i >= clock.particles - clock.idle) { return; }
+    let p = word(awake, i);
     let key = word(was, p);
     if (key == NOWHERE) { return; }
     let slot = word(table, key >> 6u) - 1u;

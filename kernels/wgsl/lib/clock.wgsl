@@ -24,8 +24,11 @@ struct Clock {
     particles: u32,
     longest: f32,         // [s] > 0: no step is longer, whatever the waves allow
     watch: u32,           // 1: a node that ran away or a particle that was lost ends the attempt
-    idle_groups: u32,     // groups of 64 particles that are left out
+    idle: u32,            // particles that are left out
     stalled: u32,         // 1: the step came out too short for the frame ever to end
     runs: array<vec4u, RUNS>,  // of each stretch of particles with one material, then of each call of bodies on grids of their
                         // own: workgroups of 64, 1, 1; its particles, or items, in w
+    starts: array<u32, 8>,  // and where they begin in the list of those that are worked on
+    stir: f32,            // [m/s] speed beside what is asleep that ends the attempt
+    stirred: atomic<u32>, // particles there that were faster
 }

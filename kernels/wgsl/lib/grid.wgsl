@@ -11,8 +11,8 @@ struct Grid {
     blocks: vec3u,      // size in blocks
     capacity: u32,      // slots there is room for
     rows: u32,          // occupied rows there is room for
-    first: u32,         // of a call for some of the particles: the first of them,
-    count: u32,         // and how many
+    run: u32,           // of a call for a stretch of the particles: which (`Clock.runs`)
+    count: u32,         // of a call for listed particles between frames: how many
 }
 
 // Counters that are at the same time the sizes of indirect dispatches.

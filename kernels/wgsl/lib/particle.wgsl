@@ -22,10 +22,11 @@ struct Deformation {
 }
 
 const BODY_MASK: u32 = 0xffu;
+const WATCHED: u32 = 0x02000000u;       // beside what is asleep, and to tell when motion comes
 const LED: u32 = 0x04000000u;           // still in its nozzle, whatever pushes it (SPH)
 // Not emitted yet, or no more; set together with QUARANTINED, and not counted as lost.
 const DORMANT: u32 = 0x08000000u;
-const ASLEEP: u32 = 0x10000000u;        // of a body at rest, left out until something comes near
+const ASLEEP: u32 = 0x10000000u;        // at rest: gives to the grid where its neighbours are awake, and takes nothing from it
 const FLOWS: u32 = 0x20000000u;         // of a material whose F forgets: what is drawn does not follow it
 const PINNED: u32 = 0x40000000u;        // held where it is
 const QUARANTINED: u32 = 0x80000000u;   // taken out of the simulation: not finite, or outside the grid

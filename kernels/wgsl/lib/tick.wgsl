@@ -8,7 +8,8 @@ fn tick() {
     clock.t += clock.dt;
     let full = atomicLoad(&live.overflow) + atomicLoad(&live.crowded) > 0u;
     let fault = clock.watch != 0u && atomicLoad(&clock.clamped_velocity) + atomicLoad(&clock.quarantined) > 0u;
-    if (full || fault || clock.stalled != 0u) {    // the host makes room or takes smaller steps, and repeats the frame
+    // The host makes room, wakes what sleeps or takes smaller steps, and repeats the frame.
+    if (full || fault || clock.stalled != 0u || atomicLoad(&clock.stirred) > 0u) {
         stop();
         return;
     }
@@ -35,7 +36,7 @@ fn tick() {
     clock.substeps += 1u;
     clock.dt_min = select(min(clock.dt_min, dt), dt, clock.dt_min == 0.0);
     clock.dt_max = max(clock.dt_max, dt);
-    clock.particle_groups = vec3u((clock.particles + 63u) / 64u - clock.idle_groups, 1u, 1u);
+    clock.particle_groups = vec3u((clock.particles - clock.idle + 63u) / 64u, 1u, 1u);
     for (var i = 0u; i < RUNS; i++) {
         let count = clock.runs[i].w;
         clock.runs[i] = vec4u((count + 63u) / 64u, 1u, 1u, count);

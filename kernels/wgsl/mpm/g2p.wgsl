@@ -3,7 +3,7 @@
 // Grid to particles: velocity and affine velocity (APIC), deformation by the gradient of the B-spline or the MLS
 // form, position, and the stress for the next transfer. One lane a particle: all of them in the order of their cells,
 // or a stretch with one material in the order of their numbers, so that each material's particles pay for no other's.
-// Then it finds the particle's new cell and claims its block, as `cells/locate` does.
+// Then it finds the particle's new cell and claims its block, as `cells/locate` does. What sleeps stays as it is.
 //! texels was: Particle
 //! texels deformed: Deformation
 //! texels bodies: Body
@@ -19,7 +19,7 @@ override MAX_STRETCH: f32 = 0.5;
 // Volume below which a particle is no longer compressed, as a share of its volume at rest; one that is smaller or
 // turned inside out may still recover.
 override MIN_VOLUME: f32 = 0.05;
-// All particles of the scene, by their cells; else those that the call names.
+// All particles that are worked on, by their cells; else the stretch of them that the call names, by their numbers.
 override ALL: bool = true;
 // Cells are found by `cells/locate`, after something else has moved particles.
 override LOCATES: bool = true;
@@ -42,7 +42,7 @@ struct Deformations { d: array<Deformation> }
 @group(0) @binding(2) var deformed: texture_1d<u32>;
 @group(0) @binding(3) var<storage, read_write> deformations: Deformations;
 @group(0) @binding(4) var bodies: texture_1d<u32>;
-@group(0) @binding(5) var order: texture_1d<u32>;
+@group(0) @binding(5) var order: texture_1d<u32>;               // by cells, or the list of those that are worked on
 @group(0) @binding(6) var cells: texture_1d<u32>;               // slot · 64 + cell
 @group(0) @binding(7) var<storage, read_write> keys: Words;     // block · 64 + cell of the next substep
 @group(0) @binding(8) var links: texture_1d<u32>;
@@ -119,16 +119,16 @@ fn block(at: Place, x: Axis, y: Axis, z: Axis) -> Sums3 {
 fn main(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) lane: u32) {
     // Read first: a software driver makes one load of a uniform address only before any branch.
     let dt = clock.dt;
-    let placed = select(grid.count, live.placed, ALL);
+    let placed = select(clock.runs[grid.run].w, live.placed, ALL);
+    let first = select(clock.starts[grid.run], 0u, ALL);
     if (id.x < placed) {
-        var index = grid.first + id.x;
-        if (ALL) { index = word(order, id.x); }
+        let index = word(order, first + id.x);
         let head = texel(was, 6u * index);
         let tag = bitcast<u32>(head.w);
-        if ((tag & (QUARANTINED | ASLEEP)) == 0u) {
-            // What is held stays where it is, or else finds its cell as it moves.
+        if ((tag & QUARANTINED) == 0u) {
+            // What is held or asleep stays where it is, or else finds its cell as it moves.
             var key = cell_key(head.xyz, vec3f(0.0));
-            if ((tag & PINNED) == 0u) { key = move_particle(index, head.xyz, tag, dt); }
+            if ((tag & (PINNED | ASLEEP)) == 0u) { key = move_particle(index, head.xyz, tag, dt); }
             if (LOCATES) {
                 keys.d[index] = key;
                 if (key != NOWHERE) { claim(key >> 6u); }
@@ -183,7 +183,9 @@ fn move_particle(index: u32, x: vec3f, tag: u32, dt: f32) -> u32 {
         deformations.d[index].f1 = vec4f(next[1], now.memory);
         deformations.d[index].f2 = vec4f(next[2], 0.0);
     }
-    let speed = length(s.v) + body.wave * now.wave;
+    let motion = length(s.v);
+    if ((tag & WATCHED) != 0u && motion > clock.stir) { atomicAdd(&clock.stirred, 1u); }
+    let speed = motion + body.wave * now.wave;
     if (speed > 0.0 && !gone) { atomicMax(&fastest, bitcast<u32>(speed)); }
     return reached;
 }

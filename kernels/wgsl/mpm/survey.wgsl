@@ -1,7 +1,10 @@
-//! use lib/particle lib/texel
-// How far each body reaches and how fast its fastest particle is: what decides whether it may be left out. Every number is
-// the largest of its kind, so the order in which lanes come does not matter.
+//! use lib/grid lib/particle lib/texel
+// How far the particles of each block reach and how fast the fastest of them is: what decides which blocks may sleep. Comes
+// after `cells/locate`. Every number is the largest of its kind, so the order in which lanes come does not matter.
 //! texels particles: Particle
+//! texels awake: u32
+//! texels keys: u32
+//! texels table: u32
 
 // As whole numbers that order like the floats they stand for (see `key`); 0 where nothing was seen.
 struct Extent {
@@ -11,17 +14,12 @@ struct Extent {
     seen: atomic<u32>,              // 1 where there is any particle
 }
 struct Extents { d: array<Extent> }
-struct Words { d: array<u32> }
-struct Asked { count: u32 }
 @group(0) @binding(0) var particles: texture_1d<u32>;
-@group(0) @binding(1) var<storage, read_write> extents: Extents;
-@group(0) @binding(2) var<storage, read> awake: Words;      // groups of 64 particles of which any moves
-var<immediate> asked: Asked;
-
-var<workgroup> most: array<atomic<u32>, 7>;
-var<workgroup> body_low: atomic<u32>;       // of 255 - body
-var<workgroup> body_high: atomic<u32>;
-var<workgroup> any_here: atomic<u32>;
+@group(0) @binding(1) var keys: texture_1d<u32>;                    // block · 64 + cell
+@group(0) @binding(2) var table: texture_1d<u32>;
+@group(0) @binding(3) var<storage, read_write> extents: Extents;    // of each slot
+@group(0) @binding(4) var awake: texture_1d<u32>;                   // numbers of the particles that are worked on
+var<immediate> grid: Grid;
 
 fn key(x: f32) -> u32 {
     let bits = bitcast<u32>(x);
@@ -29,53 +27,19 @@ fn key(x: f32) -> u32 {
 }
 
 @compute @workgroup_size(64)
-fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let p = awake.d[group.x] * 64u + lane;
-    var tag = QUARANTINED;
-    var x = vec3f(0.0);
-    var speed = 0u;
-    if (p < asked.count) {
-        let head = texel(particles, 6u * p);
-        tag = bitcast<u32>(head.w);
-        x = head.xyz;
-        speed = bitcast<u32>(length(texel(particles, 6u * p + 1u).xyz));
+fn main(@builtin(global_invocation_id) id: vec3u) {
+    if (id.x >= grid.count) { return; }
+    let p = word(awake, id.x);
+    let found = word(keys, p);
+    if (found == NOWHERE) { return; }
+    let slot = word(table, found >> 6u) - 1u;
+    if (slot >= grid.capacity) { return; }
+    let x = texel(particles, 6u * p);
+    for (var a = 0u; a < 3u; a++) {
+        let c = select(select(x.x, x.y, a == 1u), x.z, a == 2u);
+        atomicMax(&extents.d[slot].low[a], key(-c));
+        atomicMax(&extents.d[slot].high[a], key(c));
     }
-    let here = (tag & (QUARANTINED | ASLEEP)) == 0u;
-    let body = tag & BODY_MASK;
-    if (here) {
-        atomicMax(&body_low, 255u - body);
-        atomicMax(&body_high, body);
-        atomicStore(&any_here, 1u);
-    }
-    workgroupBarrier();
-    // Nearly every group is of one body, and gives its own maxima only.
-    let one = 255u - atomicLoad(&body_low) == atomicLoad(&body_high);
-    if (here) {
-        for (var a = 0u; a < 3u; a++) {
-            let c = select(select(x.x, x.y, a == 1u), x.z, a == 2u);
-            if (one) {
-                atomicMax(&most[a], key(-c));
-                atomicMax(&most[4u + a], key(c));
-            } else {
-                atomicMax(&extents.d[body].low[a], key(-c));
-                atomicMax(&extents.d[body].high[a], key(c));
-            }
-        }
-        if (one) {
-            atomicMax(&most[3], speed);
-        } else {
-            atomicMax(&extents.d[body].speed, speed);
-            atomicStore(&extents.d[body].seen, 1u);
-        }
-    }
-    workgroupBarrier();
-    if (lane == 0u && one && atomicLoad(&any_here) == 1u) {
-        let its = atomicLoad(&body_high);
-        for (var a = 0u; a < 3u; a++) {
-            atomicMax(&extents.d[its].low[a], atomicLoad(&most[a]));
-            atomicMax(&extents.d[its].high[a], atomicLoad(&most[4u + a]));
-        }
-        atomicMax(&extents.d[its].speed, atomicLoad(&most[3]));
-        atomicStore(&extents.d[its].seen, 1u);
-    }
+    atomicMax(&extents.d[slot].speed, bitcast<u32>(length(texel(particles, 6u * p + 1u).xyz)));
+    atomicStore(&extents.d[slot].seen, 1u);
 }

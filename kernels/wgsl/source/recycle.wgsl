@@ -4,6 +4,7 @@
 // the sort, which takes out what has left the grid.
 //! texels was: Particle
 //! texels returns: Return
+//! texels awake: u32
 
 // Where the particles of a body return from and to.
 struct Return {
@@ -29,12 +30,13 @@ struct Tally { recycled: atomic<u32> }
 @group(0) @binding(4) var<storage, read> clock: Clock;
 @group(0) @binding(5) var was: texture_1d<u32>;                 // the particles, read
 @group(0) @binding(6) var returns: texture_1d<u32>;
-@group(0) @binding(7) var<storage, read> awake: Words;          // groups of 64 particles of which any moves
+@group(0) @binding(7) var awake: texture_1d<u32>;           // numbers of the particles that are worked on
 
 @compute @workgroup_size(64)
 fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let p = awake.d[group.x] * 64u + lane;
-    if (p >= clock.particles) { return; }
+    let i = group.x * 64u + lane;
+    if (i >= clock.particles - clock.idle) { return; }
+    let p = word(awake, i);
     let head = texel(was, 6u * p);
     let tag = bitcast<u32>(head.w);
     let at = 6u * (tag & BODY_MASK);

@@ -9,8 +9,10 @@ use crate::random::Random;
 pub const PINNED: u32 = 0x4000_0000;
 /// Taken out of the simulation.
 pub const QUARANTINED: u32 = 0x8000_0000;
-/// Of a body at rest that is left out.
+/// At rest: gives to the grid and takes nothing from it.
 pub const ASLEEP: u32 = 0x1000_0000;
+/// Beside what is asleep.
+pub const WATCHED: u32 = 0x0200_0000;
 /// Still in its nozzle.
 pub const LED: u32 = 0x0400_0000;
 /// Not emitted yet; comes with `QUARANTINED`.

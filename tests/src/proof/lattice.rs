@@ -5,19 +5,29 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use physvideo_gpu::kernels::{Counts, Grid, Particle, Row};
 
-use super::cloud::{ASLEEP, QUARANTINED};
+use super::cloud::QUARANTINED;
 use crate::random::Random;
 
-/// Groups of 64 particles that are worked on: all but the first, where there are several and the seed says so; in no
-/// order. One more than there are is named, whose particles do not exist.
+/// Names behind the end of the list of particles that are worked on, which nobody may look at.
+const BEHIND: usize = 2;
+
+/// Numbers of the particles that are worked on, in no order: all, or two in three where the seed says so. The clock of a
+/// call says how many are not.
 pub fn awake(items: usize, seed: u64) -> Vec<u32> {
-    let groups = items.div_ceil(64) as u32;
-    (u32::from(seed % 4 == 3 && groups > 1)..groups + 1).rev().collect()
+    let there = (0..items as u32).rev().filter(|p| seed % 4 != 3 || p % 3 != 1);
+    there.chain([0; BEHIND]).collect()
 }
 
-/// Whether particle `p` is in one of the groups that are worked on.
-pub fn busy(awake: &[u32], p: usize) -> bool {
-    awake.contains(&(p as u32 / 64))
+/// How many of `items` particles a list leaves out.
+pub fn idle(awake: &[u32], items: usize) -> u32 {
+    (items + BEHIND - awake.len()) as u32
+}
+
+/// Whether each of `items` particles is worked on.
+pub fn busy(awake: &[u32], items: usize) -> Vec<bool> {
+    let mut busy = vec![false; items];
+    awake[..awake.len() - BEHIND].iter().for_each(|p| busy[*p as usize] = true);
+    busy
 }
 
 /// Key of a particle that is in no cell.
@@ -41,9 +51,9 @@ pub fn base(grid: &Grid, x: [f32; 3]) -> Option<[u32; 3]> {
     Some(node)
 }
 
-/// Block · 64 + cell, or [`NOWHERE`] for a particle that is quarantined, asleep, not finite or outside the grid.
+/// Block · 64 + cell, or [`NOWHERE`] for a particle that is quarantined, not finite or outside the grid.
 pub fn key(grid: &Grid, p: &Particle) -> u32 {
-    let sound = p.tag & (QUARANTINED | ASLEEP) == 0 && p.x.iter().chain(&p.v).all(|c| c.is_finite());
+    let sound = p.tag & QUARANTINED == 0 && p.x.iter().chain(&p.v).all(|c| c.is_finite());
     let Some(node) = base(grid, p.x).filter(|_| sound) else { return NOWHERE };
     let block = index(grid, node.map(|n| n / 4));
     let cell = (node[2] % 4) * 16 + (node[1] % 4) * 4 + node[0] % 4;

@@ -48,6 +48,7 @@ pub static CASES: &[&Case] = &[
     &mpm::p2g_fixed::CASE,
     &mpm::p2g_float::CASE,
     &mpm::receive::CASE,
+    &mpm::settle::CASE,
     &mpm::stress_case::CASE,
     &mpm::survey::CASE,
     &points::bin_count::CASE,

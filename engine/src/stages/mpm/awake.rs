@@ -1,64 +1,72 @@
-//! Which particles a substep works on, in groups of 64: none that are not emitted yet, none of a body asleep.
+//! Which particles a substep works on: none that are not emitted yet, none that sleep far from all that moves.
 
 use bytemuck::Zeroable;
-use physvideo_gpu::kernels::{Asked, Extent, mpm};
-use physvideo_gpu::{Constants, GpuError, Groups, Recording};
+use physvideo_gpu::kernels::{Extent, Grid, mpm};
+use physvideo_gpu::{Constants, GpuError, Recording};
 
-use super::{ASLEEP, Mpm};
-use crate::stages::cells::groups;
+use super::Mpm;
+use super::run::Stretch;
 
 impl Mpm<'_> {
-    /// Tells the sort which groups hold anything that moves.
-    pub(super) fn choose_groups(&mut self) -> Result<(), GpuError> {
-        let bodies = self.ranges.iter().enumerate();
-        let busy = bodies.flat_map(|(i, all)| match self.emitters.iter().find(|e| e.body == i) {
-            _ if self.rest.asleep(i) || self.guests[i] => vec![],
-            Some(emitter) => emitter.out().to_vec(),
-            None => vec![all.clone()],
-        });
-        self.groups = groups(busy);
-        self.cells.sort_only(self.gpu, &self.groups)
+    /// Tells the sort which particles are worked on.
+    pub(super) fn choose_particles(&mut self) -> Result<(), GpuError> {
+        let emitted = |body: usize| match self.guests[body] {
+            true => Some(vec![]),
+            false => self.emitters.iter().find(|e| e.body == body).map(|e| e.out()),
+        };
+        self.listed = self.rest.list(&self.ranges, emitted);
+        let mut start = 0;
+        for (stretch, run) in self.stretches.iter_mut().zip(&self.runs) {
+            let its = self.listed.iter().filter(|p| (run.first..run.first + run.count).contains(p));
+            *stretch = Stretch { start, count: its.count() as u32 };
+            start += stretch.count;
+        }
+        self.cells.sort_only(self.gpu, &self.listed)
     }
 
-    /// Wakes the bodies that something will reach in a frame of `length` [s].
+    /// Chooses who sleeps in a frame of `length` [s].
     pub(super) fn wake(&mut self, length: f32) -> Result<(), GpuError> {
-        let woken = self.rest.wake(self.time, length);
-        self.flag(&woken, |tag| tag & !ASLEEP)
+        if !self.rest.on() {
+            return Ok(());
+        }
+        self.rest.decide(self.time, length);
+        let flags = self.rest.flags();
+        if flags.is_none() && !self.flagged {
+            return Ok(());
+        }
+        self.flagged = flags.is_some();
+        let flags = flags.unwrap_or_else(|| vec![0; self.flags.len() as usize]);
+        self.gpu.write(self.flags, 0, &flags)?;
+        let mut rec = Recording::new("settle");
+        let immediates = Grid { count: self.particles_in_use(), ..self.cells.grid };
+        let Self { particles, flags, .. } = *self;
+        let settle = mpm::Settle { particles, flags, immediates };
+        rec.each(&settle, &Constants::none(), u64::from(self.particles_in_use()));
+        self.gpu.run(&rec)?;
+        self.choose_particles()
     }
 
-    /// Leaves out the bodies that have come to rest in the frame of `length` [s] that has just ended.
+    /// Looks at what has moved in the frame of `length` [s] that has just ended.
     pub(super) fn settle(&mut self, length: f32) -> Result<(), GpuError> {
         if !self.rest.on() {
             return Ok(());
         }
-        self.gpu.write(self.extents, 0, &vec![Extent::zeroed(); self.ranges.len()])?;
-        let mut rec = Recording::new("survey");
-        let immediates = Asked { count: self.particles_in_use() };
+        self.begin(length, false)?;
+        let slots = self.gpu.read(self.cells.live)?[0].blocks.min(self.cells.capacity);
+        self.gpu.write(self.extents, 0, &vec![Extent::zeroed(); slots as usize])?;
+        let count = self.listed.len() as u32;
+        let immediates = Grid { count, ..self.cells.grid };
         let Self { particles, extents, .. } = *self;
-        let survey = mpm::Survey { particles, extents, awake: self.cells.awake, immediates };
-        rec.call(&survey, &Constants::none(), Groups::Direct([self.groups.len() as u32, 1, 1]));
+        let crate::stages::cells::Cells { awake, keys, table, .. } = self.cells;
+        let survey = mpm::Survey { particles, keys, table, extents, awake, immediates };
+        let mut rec = Recording::new("survey");
+        rec.each(&survey, &Constants::none(), u64::from(count));
         self.gpu.run(&rec)?;
-        let seen = self.gpu.read(self.extents)?;
-        let tired = self.rest.settle(&seen, self.time, length);
-        self.flag(&tired, |tag| tag | ASLEEP)
-    }
-
-    /// Changes the flags of all particles of some bodies.
-    fn flag(&mut self, bodies: &[usize], change: impl Fn(u32) -> u32) -> Result<(), GpuError> {
-        if bodies.is_empty() {
-            return Ok(());
-        }
-        for range in bodies.iter().map(|i| self.ranges[*i].clone()) {
-            let mut its = self.gpu.read_range(self.particles, range.start, range.end - range.start)?;
-            its.iter_mut().for_each(|p| p.tag = change(p.tag));
-            self.gpu.write(self.particles, range.start, &its)?;
-        }
-        self.choose_groups()
-    }
-
-    /// Groups of 64 that hold any of `count` particles from `first` on and are worked on.
-    pub(super) fn busy_groups(&self, first: u32, count: u32) -> u32 {
-        let (low, high) = (first / 64, (first + count).div_ceil(64));
-        self.groups.iter().filter(|g| (low..high).contains(g)).count() as u32
+        let list = self.gpu.read_range(self.cells.list, 0, slots.into())?;
+        let extents = self.gpu.read_range(self.extents, 0, slots.into())?;
+        let seen: Vec<(u32, Extent)> = list.into_iter().zip(extents).collect();
+        let keys = self.gpu.read(self.cells.keys)?;
+        self.rest.look(&self.listed, &keys, &seen, self.time, length);
+        Ok(())
     }
 }

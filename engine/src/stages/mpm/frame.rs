@@ -57,7 +57,7 @@ impl Mpm<'_> {
             changed |= any;
         }
         if changed {
-            self.choose_groups()?;
+            self.choose_particles()?;
         }
         Ok(emitted)
     }
@@ -68,7 +68,8 @@ impl Mpm<'_> {
     /// that ends with more energy than can have come in at its end (see [`Budget`]), and both are repeated with
     /// a Courant number 0.78 times as large, which the run then keeps: no step is safe for a particle nearly alone
     /// (Bai & Schroeder 2022), and how far a body is from that changes slowly. Three times a frame at most; where that
-    /// does not help, the run returns to its own steps, and what happens is counted.
+    /// does not help, the run returns to its own steps, and what happens is counted. One in which motion came to what sleeps
+    /// is repeated with more awake.
     ///
     /// # Errors
     /// The device's refusal.
@@ -80,15 +81,15 @@ impl Mpm<'_> {
         }
         stats.emitted = self.emit(length)?;
         self.wake(length)?;
-        stats.asleep = self.rest.count();
-        stats.groups = self.groups.len() as u32;
-        if self.groups.is_empty() {
+        if self.listed.is_empty() {
             if let Some(alone) = self.guests_alone(length)? {
-                stats = FrameStats { emitted: stats.emitted, asleep: stats.asleep, ..alone };
+                stats = FrameStats { emitted: stats.emitted, ..alone };
             }
             if !stats.stopped && stats.stalled.is_none() {
                 self.time += f64::from(length);
             }
+            stats.asleep = self.rest.asleep();
+            self.rest.remember(self.time, length);
             return Ok(stats);
         }
         let mut save = Recording::new("save");
@@ -125,6 +126,14 @@ impl Mpm<'_> {
                 self.make_room(live.overflow > 0, live.crowded > 0)?;
                 continue;
             }
+            if clock.stirred > 0 {
+                self.gpu.run(&back)?;
+                self.rest.reach_further();
+                self.wake(length)?;
+                self.gpu.run(&save)?;
+                stats.woken += 1;
+                continue;
+            }
             let gained = match &before {
                 Some(before) if !bad => {
                     let after = self.sums_over(EVERY)?;
@@ -159,6 +168,8 @@ impl Mpm<'_> {
             if let Some(recycling) = &self.recycling {
                 stats.recycled = recycling.recycled(self.gpu)?;
             }
+            stats.groups = self.listed.len().div_ceil(64) as u32;
+            stats.asleep = self.rest.asleep();
             self.time += f64::from(length);
             self.settle(length)?;
             return Ok(stats);
@@ -180,8 +191,9 @@ impl Mpm<'_> {
         self.gpu.free_arena("grid");
         self.given = self.gpu.alloc("grid", "mpm/given", room.given(self.p2g))?;
         self.nodes = self.gpu.alloc("grid", "mpm/nodes", 64 * u64::from(room.slots))?;
+        self.extents = self.gpu.alloc("grid", "mpm/extents", room.slots.into())?;
         self.cells = Cells::new(self.gpu, grid, u64::from(self.particles_in_use()), room.slots, room.rows)?;
         self.move_guest()?;
-        self.choose_groups()
+        self.choose_particles()
     }
 }

@@ -5,6 +5,7 @@ mod awake;
 mod frame;
 mod guest;
 mod play;
+mod reach;
 mod rest;
 mod run;
 mod start;
@@ -14,13 +15,13 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Extent, Forces, Particle, Sums, mpm};
-use physvideo_gpu::{Buf, Constants, DeviceKind, Feature, Gpu, GpuError, Groups, Prepared, Recording};
+use physvideo_gpu::{Buf, Constants, DeviceKind, Feature, Gpu, GpuError, Prepared, Recording};
 
 use self::guest::Guest;
 use self::rest::Rest;
-use self::run::{Run, runs};
+use self::run::{MOST_RUNS, Run, Stretch, runs};
 use self::start::{constants, initial_state, room};
-use super::cells::{self, Cells, PARTICLE_GROUPS};
+use super::cells::{self, Cells};
 use super::emit::Emitter;
 use super::energy::Budget;
 use super::lagrangian::Lagrangian;
@@ -49,7 +50,7 @@ pub struct Method {
     pub deterministic: bool,
     /// Stress and deformation by the gradient of the B-spline instead of the MLS form.
     pub true_gradient: bool,
-    /// Bodies at rest are left out until something comes near.
+    /// Blocks in which nothing moves are left out until something comes near.
     pub sleep: bool,
     /// Substeps in a command buffer.
     pub batch: u32,
@@ -101,9 +102,15 @@ pub struct Mpm<'gpu> {
     waves: Vec<f32>,
     runs: Vec<Run>,
     emitters: Vec<Emitter>,
-    /// Groups of 64 particles that substeps work on.
-    groups: Vec<u32>,
+    /// The particles that substeps work on, and where those of each run are among them.
+    listed: Vec<u32>,
+    stretches: [Stretch; MOST_RUNS],
     rest: Rest,
+    /// Some particles may have flags of `rest`.
+    flagged: bool,
+    /// Those of each block of the grid.
+    flags: Buf<u32>,
+    /// What is seen of each slot.
     extents: Buf<Extent>,
     /// Bodies that are on grids of their own.
     guests: Vec<bool>,
@@ -187,14 +194,17 @@ impl<'gpu> Mpm<'gpu> {
             ranges,
             runs: runs(world, method, guests),
             emitters,
-            groups: (0..count.div_ceil(64) as u32).collect(),
-            rest: Rest::new(world, method.sleep),
-            extents: gpu.alloc("run", "mpm/extents", world.bodies.len() as u64)?,
+            listed: Vec::new(),
+            stretches: Default::default(),
+            rest: Rest::new(world, &grid, method.sleep),
+            flagged: false,
+            flags: gpu.alloc("run", "mpm/flags", grid.blocks.iter().map(|b| u64::from(*b)).product())?,
+            extents: gpu.alloc("grid", "mpm/extents", room.slots.into())?,
             guests: guests.to_vec(),
             guest: None,
         };
         mpm.update_stress()?;
-        mpm.choose_groups()?;
+        mpm.choose_particles()?;
         Ok(mpm)
     }
 
@@ -210,7 +220,8 @@ impl<'gpu> Mpm<'gpu> {
             + 16 * (given + 64 * u64::from(room.slots))
             + sort
             + Recycling::bytes(world)
-            + (size_of::<Extent>() * world.bodies.len()) as u64
+            + size_of::<Extent>() as u64 * u64::from(room.slots)
+            + 4 * grid.blocks.iter().map(|b| u64::from(*b)).product::<u64>()
     }
 
     /// The same where the bodies that `own` names, if any, are on grids of their own.
@@ -233,10 +244,6 @@ impl<'gpu> Mpm<'gpu> {
     /// Bodies' ranges in the particle buffer.
     pub fn ranges(&self) -> &[std::ops::Range<u64>] {
         &self.ranges
-    }
-
-    fn particle_groups(&self) -> Groups {
-        Groups::Indirect(self.clock.erase(), PARTICLE_GROUPS)
     }
 
     fn prepare(&mut self) -> Result<(), GpuError> {
@@ -281,23 +288,21 @@ impl<'gpu> Mpm<'gpu> {
             force_dt: self.force_dt,
             speed_bits: self.speed.to_bits(),
             particles: self.particles_in_use(),
-            idle_groups: self.particles_in_use().div_ceil(64) - self.groups.len() as u32,
-            particle_groups: [self.groups.len() as u32, 1, 1],
+            idle: self.particles_in_use() - self.listed.len() as u32,
+            particle_groups: [self.listed.len().div_ceil(64) as u32, 1, 1],
             runs: self.run_groups(),
+            starts: self.stretches.map(|s| s.start),
+            stir: rest::STIR * self.dx / length,
             ..Default::default()
         };
         self.gpu.write(self.clock, 0, &[clock])
     }
 
     fn run_groups(&self) -> [[u32; 4]; RUNS] {
-        let busy = |r: &Run| match self.busy_groups(r.first, r.count) {
-            0 => 0,
-            // All particles of the scene are found by their cells, those of a stretch by their numbers.
-            some if self.runs.len() == 1 => r.count.min(64 * some),
-            _ => r.count,
-        };
-        let mut all =
-            std::array::from_fn(|i| self.runs.get(i).map_or([0, 1, 1, 0], |r| [busy(r).div_ceil(64), 1, 1, busy(r)]));
+        let mut all = [[0, 1, 1, 0]; RUNS];
+        for (run, its) in all.iter_mut().zip(&self.stretches) {
+            *run = [its.count.div_ceil(64), 1, 1, its.count];
+        }
         if let Some(guest) = &self.guest {
             all[CALLS..].copy_from_slice(&guest.solver.calls());
         }
@@ -312,7 +317,8 @@ impl<'gpu> Mpm<'gpu> {
         self.set_clock(1.0, false)?;
         let Self { particles, deformations, bodies, clock, .. } = *self;
         let mut rec = Recording::new("stress");
-        rec.call(&mpm::Stress { particles, deformations, bodies, clock }, &self.constants, self.particle_groups());
+        let stress = mpm::Stress { particles, deformations, bodies, clock };
+        rec.each(&stress, &self.constants, self.particles_in_use().into());
         self.gpu.run(&rec).map(|_| ())
     }
 

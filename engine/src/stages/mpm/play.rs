@@ -7,7 +7,7 @@ use physvideo_gpu::kernels::{Deformation, Particle};
 use physvideo_gpu::{Buf, GpuError};
 
 use super::{Mpm, P2g};
-use crate::stages::solver::{FrameStats, Measure, Solver};
+use crate::stages::solver::{FrameStats, Measure, Nap, Solver};
 
 impl Solver for Mpm<'_> {
     fn frame(&mut self, length: f32) -> Result<FrameStats, GpuError> {
@@ -37,7 +37,7 @@ impl Solver for Mpm<'_> {
         self.deformations
     }
 
-    fn left_out(&self) -> Vec<Vec<[f64; 2]>> {
+    fn left_out(&self) -> Vec<Vec<Nap>> {
         self.rest.naps(self.time)
     }
 

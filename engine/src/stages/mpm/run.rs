@@ -26,6 +26,13 @@ pub(super) struct Run {
     pub constants: Constants,
 }
 
+/// Where the particles of a run that are worked on lie in the list of all that are.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Stretch {
+    pub start: u32,
+    pub count: u32,
+}
+
 /// The stretches of a world, in the order of its bodies, but those of `guests`, which move otherwise.
 pub(super) fn runs(world: &World, method: Method, guests: &[bool]) -> Vec<Run> {
     let kind = |body: &Body| body.material.law().material;

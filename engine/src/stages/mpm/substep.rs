@@ -88,7 +88,8 @@ impl Mpm<'_> {
                 deformed: deformations,
                 deformations,
                 bodies,
-                order,
+                // Found by their cells where all of the scene are of one material, else by their numbers.
+                order: if self.runs.len() == 1 { order } else { self.cells.awake },
                 cells: keys,
                 keys,
                 links,
@@ -98,7 +99,7 @@ impl Mpm<'_> {
                 list,
                 live,
                 clock,
-                immediates: kernels::Grid { first: run.first, count: run.count, ..immediates },
+                immediates: kernels::Grid { run: i as u32, ..immediates },
             };
             rec.call(&g2p, &run.constants, Groups::Indirect(clock.erase(), RUN_GROUPS + 16 * i as u64));
         }

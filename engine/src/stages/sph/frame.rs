@@ -53,7 +53,7 @@ impl Sph<'_> {
             }
         }
         if changed {
-            self.choose_groups()?;
+            self.choose_particles()?;
         }
         Ok(emitted)
     }
@@ -73,8 +73,8 @@ impl Sph<'_> {
             return Ok(stats);
         }
         stats.emitted = self.emit(length)?;
-        stats.groups = self.groups.len() as u32;
-        if self.groups.is_empty() {
+        stats.groups = self.listed.len().div_ceil(64) as u32;
+        if self.listed.is_empty() {
             self.time += f64::from(length);
             return Ok(stats);
         }
@@ -151,6 +151,6 @@ impl Sph<'_> {
         // The list of blocks is a new one, and empty.
         self.gpu.write(self.keep, 0, &[no_lists()])?;
         self.cells = Cells::new(self.gpu, grid, u64::from(self.count), slots, self.count.max(1))?;
-        self.choose_groups()
+        self.choose_particles()
     }
 }

@@ -62,7 +62,7 @@ pub struct Sph<'gpu> {
     /// The particles of each body in the buffer.
     ranges: Vec<Range<u64>>,
     /// Groups of 64 particles that steps work on: none that are not emitted yet.
-    groups: Vec<u32>,
+    listed: Vec<u32>,
     /// Frames since one was taken back.
     calm: u32,
     batch: Option<Prepared<'gpu>>,
@@ -112,7 +112,7 @@ impl<'gpu> Sph<'gpu> {
             emitters,
             recycling: Recycling::new(gpu, world)?,
             ranges: ends.collect(),
-            groups: Vec::new(),
+            listed: Vec::new(),
             calm: 0,
             batch: None,
             time: 0.0,
@@ -121,19 +121,19 @@ impl<'gpu> Sph<'gpu> {
             guarded: world.force_dt.is_none(),
             count: count as u32,
         };
-        sph.choose_groups()?;
+        sph.choose_particles()?;
         Ok(sph)
     }
 
-    /// Tells the sort which groups hold anything.
-    fn choose_groups(&mut self) -> Result<(), GpuError> {
+    /// Tells the sort which particles there are.
+    fn choose_particles(&mut self) -> Result<(), GpuError> {
         let bodies = self.ranges.iter().enumerate();
         let there = bodies.flat_map(|(i, all)| match self.emitters.iter().find(|e| e.body == i) {
             Some(emitter) => emitter.out(),
             None => vec![all.clone()],
         });
-        self.groups = cells::groups(there);
-        self.cells.sort_only(self.gpu, &self.groups)
+        self.listed = there.flat_map(|r| r.start as u32..r.end as u32).collect();
+        self.cells.sort_only(self.gpu, &self.listed)
     }
 
     /// Bytes that [`Sph::new`] will allocate.
@@ -346,8 +346,8 @@ impl<'gpu> Sph<'gpu> {
             force_dt: self.force_dt,
             speed_bits: self.speed.to_bits(),
             particles: self.count,
-            particle_groups: [self.groups.len() as u32, 1, 1],
-            idle_groups: self.count.div_ceil(64) - self.groups.len() as u32,
+            particle_groups: [self.listed.len().div_ceil(64) as u32, 1, 1],
+            idle: self.count - self.listed.len() as u32,
             ..Default::default()
         };
         self.gpu.write(self.solve, 0, &[Solve::default()])?;

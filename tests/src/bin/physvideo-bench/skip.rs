@@ -1,4 +1,4 @@
-//! What is left out costs nothing: a wider domain, bodies that do not move. Runs are taken in turns, so that their ratios
+//! What is left out costs nothing: a wider domain, bodies and parts of bodies that do not move. Runs are taken in turns, so that their ratios
 //! hold.
 
 use std::time::Instant;
@@ -7,6 +7,8 @@ use physvideo::scene::Material;
 use physvideo::stages::mpm::{Method, Mpm};
 use physvideo::world::{Body, World};
 use physvideo_gpu::Gpu;
+use physvideo_gpu::kernels::Field;
+use physvideo_gpu::kernels::family::field::UNIFORM;
 
 /// Bodies of a run.
 const BODIES: usize = 10;
@@ -55,6 +57,21 @@ fn cubes(moving: usize, wide: bool) -> World {
     }
 }
 
+/// The same cubes side by side as one bar; a push too weak to be seen keeps the first awake.
+fn bar() -> World {
+    let mut world = cubes(0, false);
+    let mut bar = world.bodies.swap_remove(0);
+    let edge = EDGE as f32 / 256.0;
+    let beside = |i: usize| move |x: &[f32; 3]| [x[0] + i as f32 * edge, x[1], x[2]];
+    bar.positions = (0..BODIES).flat_map(|i| bar.positions.iter().map(beside(i)).collect::<Vec<_>>()).collect();
+    bar.velocities = vec![[0.0; 3]; bar.positions.len()];
+    bar.fields = 1;
+    let push = Field { kind: UNIFORM, region: 1, end: 1e9, a: [0.0, 0.0, 1e-3, 0.0], ..Default::default() };
+    world.fields = vec![Field { region_min: [-1.0; 4], region_max: [0.9 * edge, 1.0, 1.0, 1.0], ..push }];
+    world.bodies = vec![bar];
+    world
+}
+
 /// Prints the time of a substep of each run, and the ratio to the run it is to be held against.
 pub fn bench(gpu: &Gpu, repeats: usize) -> Result<(), String> {
     let say = |e: physvideo_gpu::GpuError| e.to_string();
@@ -65,6 +82,8 @@ pub fn bench(gpu: &Gpu, repeats: usize) -> Result<(), String> {
         ("one moves", cubes(1, false), false),
         ("half of them move, sleep", cubes(BODIES / 2, false), true),
         ("one moves, sleep", cubes(1, false), true),
+        ("a bar", bar(), false),
+        ("a tenth of a bar moves, sleep", bar(), true),
     ];
     let mut solvers = Vec::new();
     for (_, world, sleep) in &runs {
@@ -72,13 +91,14 @@ pub fn bench(gpu: &Gpu, repeats: usize) -> Result<(), String> {
         for _ in 0..if *sleep { BEFORE } else { 4 } {
             mpm.frame(50e-4).map_err(say)?;
         }
-        solvers.push((mpm, Vec::new()));
+        solvers.push((mpm, Vec::new(), (0, 0)));
     }
     for _ in 0..repeats.max(1) {
-        for (mpm, times) in &mut solvers {
+        for (mpm, times, (worked, asleep)) in &mut solvers {
             let begin = Instant::now();
             let stats = mpm.frame(50e-4).map_err(say)?;
             times.push(begin.elapsed().as_secs_f64() / f64::from(stats.substeps));
+            (*worked, *asleep) = (stats.groups, stats.asleep);
         }
     }
     let median = |times: &[f64]| {
@@ -87,9 +107,13 @@ pub fn bench(gpu: &Gpu, repeats: usize) -> Result<(), String> {
         sorted[sorted.len() / 2]
     };
     let first = median(&solvers[0].1);
-    for ((what, _, _), (_, times)) in runs.iter().zip(&solvers) {
+    for ((what, _, _), (_, times, (worked, asleep))) in runs.iter().zip(&solvers) {
         let t = median(times);
-        println!("{what:<28} {:>8.3} ms a substep, {:>5.2} of the first", t * 1e3, t / first);
+        let ms = t * 1e3;
+        println!(
+            "{what:<30} {ms:>8.3} ms a substep, {:>5.2} of the first; {asleep:>6} particles asleep, {worked:>4} groups of 64 worked on",
+            t / first
+        );
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use physvideo_gpu::kernels::Clock;
 
 use crate::proof::cloud::{Cloud, grid};
-use crate::proof::lattice::{Lattice, NOWHERE, awake, busy};
+use crate::proof::lattice::{Lattice, NOWHERE, awake, busy, idle};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 
 pub static CASE: Case = Case {
@@ -30,9 +30,9 @@ fn inputs(ask: Ask) -> Call {
         }
         sorted.counts.truncate(room * 64);
     }
-    let clock = Clock { particles: ask.items as u32, ..Default::default() };
     let awake = awake(ask.items, ask.seed);
-    Call::new(awake.len())
+    let clock = Clock { particles: ask.items as u32, idle: idle(&awake, ask.items), ..Default::default() };
+    Call::new(awake.len().div_ceil(64))
         .with("awake", &awake)
         .with("keys", &sorted.keys)
         .with("table", &sorted.table)
@@ -48,10 +48,9 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let ranks: Vec<u32> = out.get("ranks");
     let mut counts = vec![0; got.len()];
     let mut places: Vec<Vec<u32>> = vec![Vec::new(); got.len()];
-    let (mut idle, awake): (bool, Vec<u32>) = (true, call.buffers.get("awake"));
+    let (mut idle, busy) = (true, busy(&call.buffers.get::<u32>("awake"), keys.len()));
     for (p, key) in keys.iter().enumerate() {
-        let slot =
-            if *key == NOWHERE || !busy(&awake, p) { NOWHERE } else { table[*key as usize / 64].wrapping_sub(1) };
+        let slot = if *key == NOWHERE || !busy[p] { NOWHERE } else { table[*key as usize / 64].wrapping_sub(1) };
         match counts.get_mut(slot as usize * 64 + *key as usize % 64) {
             Some(count) => {
                 *count += 1;

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use physvideo_gpu::kernels::{Clock, Grid, Live, Particle};
 
-use crate::proof::cloud::{ASLEEP, Cloud, QUARANTINED, grid};
-use crate::proof::lattice::{NOWHERE, awake, busy, key};
+use crate::proof::cloud::{Cloud, QUARANTINED, grid};
+use crate::proof::lattice::{NOWHERE, awake, busy, idle, key};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 
 pub static CASE: Case = Case {
@@ -31,9 +31,10 @@ fn inputs(ask: Ask) -> Call {
     if ask.seed % 2 == 1 {
         grid.capacity = 2;
     }
-    let clock = Clock { particles: ask.items as u32, quarantined: 7, ..Default::default() };
     let awake = awake(ask.items, ask.seed);
-    Call::new(awake.len())
+    let idle = idle(&awake, ask.items);
+    let clock = Clock { particles: ask.items as u32, idle, quarantined: 7, ..Default::default() };
+    Call::new(awake.len().div_ceil(64))
         .with("awake", &awake)
         .with("particles", &cloud.particles)
         .with("keys", &vec![0xabcd_u32; ask.items])
@@ -49,15 +50,15 @@ fn inputs(ask: Ask) -> Call {
 fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let grid: Grid = call.buffers.one("grid");
     let before: Vec<Particle> = call.buffers.get("particles");
-    let awake: Vec<u32> = call.buffers.get("awake");
+    let busy = busy(&call.buffers.get::<u32>("awake"), before.len());
     let old: Vec<u32> = call.buffers.get("keys");
     // Those left out keep the key they had.
-    let each = |(i, p)| if busy(&awake, i) { key(&grid, p) } else { old[i] };
+    let each = |(i, p)| if busy[i] { key(&grid, p) } else { old[i] };
     let keys: Vec<u32> = before.iter().enumerate().map(each).collect();
-    let here = keys.iter().enumerate().filter(|(i, k)| busy(&awake, *i) && **k != NOWHERE);
+    let here = keys.iter().enumerate().filter(|(i, k)| busy[*i] && **k != NOWHERE);
     let touched: BTreeSet<u32> = here.map(|(_, k)| k / 64).collect();
     let (mut after, mut fresh) = (before.clone(), 0);
-    for (p, _) in after.iter_mut().zip(&keys).filter(|(p, k)| **k == NOWHERE && p.tag & ASLEEP == 0) {
+    for (p, _) in after.iter_mut().zip(&keys).filter(|(_, k)| **k == NOWHERE) {
         fresh += u32::from(p.tag & QUARANTINED == 0);
         p.tag |= QUARANTINED;
     }

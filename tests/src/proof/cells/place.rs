@@ -3,7 +3,7 @@
 use physvideo_gpu::kernels::Clock;
 
 use crate::proof::cloud::{Cloud, QUARANTINED, grid};
-use crate::proof::lattice::{Lattice, NOWHERE, awake, busy};
+use crate::proof::lattice::{Lattice, NOWHERE, awake, busy, idle};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 
 pub static CASE: Case = Case {
@@ -20,7 +20,8 @@ pub static CASE: Case = Case {
 fn inputs(ask: Ask) -> Call {
     let mut cloud = Cloud::new(ask).quarantined();
     let awake = awake(ask.items, ask.seed);
-    let left_out = |p: usize| !busy(&awake, p);
+    let busy = busy(&awake, ask.items);
+    let left_out = |p: usize| !busy[p];
     for (_, p) in cloud.particles.iter_mut().enumerate().filter(|(i, _)| left_out(*i)) {
         p.tag |= QUARANTINED;
     }
@@ -35,8 +36,8 @@ fn inputs(ask: Ask) -> Call {
     }
     let cells: Vec<u32> =
         sorted.cells().iter().enumerate().map(|(p, c)| if left_out(p) { sorted.keys[p] } else { *c }).collect();
-    let clock = Clock { particles: ask.items as u32, ..Default::default() };
-    Call::new(awake.len())
+    let clock = Clock { particles: ask.items as u32, idle: idle(&awake, ask.items), ..Default::default() };
+    Call::new(awake.len().div_ceil(64))
         .with("awake", &awake)
         .with("keys", &sorted.keys)
         .same("was", "keys")
@@ -51,8 +52,8 @@ fn inputs(ask: Ask) -> Call {
 
 fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let (keys, order): (Vec<u32>, Vec<u32>) = (call.buffers.get("keys"), out.get("order"));
-    let awake: Vec<u32> = call.buffers.get("awake");
-    let sound = |p: &u32| keys[*p as usize] != NOWHERE && busy(&awake, *p as usize);
+    let busy = busy(&call.buffers.get::<u32>("awake"), keys.len());
+    let sound = |p: &u32| keys[*p as usize] != NOWHERE && busy[*p as usize];
     let sound: Vec<u32> = (0..keys.len() as u32).filter(sound).collect();
     let (front, back) = order.split_at(sound.len());
     let mut named = front.to_vec();

@@ -38,7 +38,7 @@ pub(crate) fn sample(ask: Ask) -> Clock {
         clamped_velocity: 3,
         quarantined: 4,
         particles: ask.items as u32,
-        idle_groups: ask.items.div_ceil(64) as u32 / 3,
+        idle: ask.items as u32 / 3,
         runs: std::array::from_fn(|i| match i {
             0 => [7, 1, 1, 65],
             1 => [0, 1, 1, ask.items as u32],
@@ -63,6 +63,7 @@ fn inputs(ask: Ask) -> Call {
         6 => clock.watch = 1,
         7 => (clock.watch, clock.clamped_velocity, clock.quarantined) = (1, 0, 0),
         3 => clock.force_dt = length * 0.01,
+        0 if ask.items == 1000 => clock.stirred = 1,
         0 if ask.items == 65 => clock.force_dt = length * 1e-7,
         4 => clock.force_dt = length * 2.0,
         _ => {}
@@ -110,11 +111,11 @@ pub(crate) fn compare_clock(was: &Clock, live_was: &Live, now: &Clock) -> Vec<Co
     let forced = of(was.force_dt) > 0.0;
     // As few equal steps as the limit allows; a thousandth of a step over it is let pass.
     let dt = if forced { left.min(of(was.force_dt)) } else { left / (left / limit - 1e-3).ceil().max(1.0) };
-    let early = full || fault;
+    let early = full || fault || was.stirred > 0;
     // Time in f32 would not pass.
     let stalled = !done && !early && dt < LEAST_STEP * of(was.frame_length);
     let stop = done || early || stalled;
-    let groups = if stop { 0 } else { was.particles.div_ceil(64) - was.idle_groups };
+    let groups = if stop { 0 } else { (was.particles - was.idle).div_ceil(64) };
     let mut facts = vec![
         Compared::equal("groups", &now.particle_groups, &[groups, 1, 1]),
         Compared::equal(

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use physvideo_gpu::kernels::{Body, Clock, Deformation, Grid, Live, Particle};
 
 use super::{Mat3, Vec3, affine, bodies, gradient, law, memory, spline, stress, vec3};
-use crate::proof::cloud::{ASLEEP, Cloud, PINNED, QUARANTINED, grid};
+use crate::proof::cloud::{ASLEEP, Cloud, PINNED, QUARANTINED, WATCHED, grid};
 use crate::proof::lattice::{Lattice, NOWHERE, key};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 use crate::random::Random;
@@ -67,6 +67,9 @@ fn inputs(ask: Ask) -> Call {
     }
     cloud.poisoned = gone;
     let mut cloud = cloud.quarantined();
+    for p in cloud.particles.iter_mut().skip(1).step_by(3) {
+        p.tag |= WATCHED;
+    }
     // Some are squeezed flat: one more step would turn them inside out.
     for d in cloud.deformations.iter_mut().skip(7).step_by(50) {
         d.f2 = [d.f2[0] * 0.02, d.f2[1] * 0.02, d.f2[2] * 0.02, 0.0];
@@ -90,11 +93,22 @@ fn inputs(ask: Ask) -> Call {
             [v[0], v[1], v[2], m]
         })
         .collect();
-    let clock =
-        Clock { dt: 4e-3, speed_bits: 0.5f32.to_bits(), clamped_strain: 3, quarantined: 2, ..Default::default() };
+    let mut clock = Clock {
+        dt: 4e-3,
+        speed_bits: 0.5f32.to_bits(),
+        clamped_strain: 3,
+        quarantined: 2,
+        stir: 0.4,
+        stirred: 6,
+        ..Default::default()
+    };
     let flag = |on: bool| f64::from(u8::from(on));
-    let (first, count) = if stretch { (ask.items / 4, ask.items / 2) } else { (0, 0) };
-    let grid = Grid { first: first as u32, count: count as u32, capacity: slots as u32 + 20, ..sorted.grid };
+    // Which of the stretches a call is for, where the list of particles is one after the other.
+    let run = ask.seed as usize % 8;
+    clock.starts[run] = ask.items as u32 / 4;
+    clock.runs[run] = [9, 1, 1, ask.items as u32 / 2];
+    let grid = Grid { run: run as u32, capacity: slots as u32 + 20, ..sorted.grid };
+    let order = if stretch { (0..ask.items as u32).rev().collect() } else { sorted.order.clone() };
     Call::new(ask.items.div_ceil(64) + 1)
         .constant("TRUE_GRADIENT", flag(ask.seed.is_multiple_of(2)))
         .constant("ALL", flag(!stretch))
@@ -104,7 +118,7 @@ fn inputs(ask: Ask) -> Call {
         .with("particles", &cloud.particles)
         .with("deformations", &cloud.deformations)
         .with("bodies", &all)
-        .with("order", &sorted.order)
+        .with("order", &order)
         .same("was", "particles")
         .same("deformed", "deformations")
         .with("keys", &sorted.cells())
@@ -148,16 +162,23 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let (dx, dt) = (f64::from(grid.dx), f64::from(clock.dt));
     let sorted = Lattice::new(self::grid(), &was, 0);
     let form = form(call);
-    let stretch = grid.first as usize..(grid.first + grid.count) as usize;
+    let run = grid.run as usize;
+    let meant: Vec<bool> = {
+        let (first, order): (usize, Vec<u32>) = (clock.starts[run] as usize, input.get("order"));
+        let mut meant = vec![form == Form::All; was.len()];
+        order[first..first + clock.runs[run][3] as usize].iter().for_each(|p| meant[*p as usize] = true);
+        meant
+    };
     let (mut x, mut v, mut c, mut f, mut tau) = <(Column, Column, Column, Column, Column)>::default();
     let mut kept = Column::default();
     let (mut strained, mut squeezed, mut lost, mut idle) = (0, 0, 0, true);
+    let mut stirred = Stirred::default();
     let mut found = Found::new(call, out);
     let mut fastest = f64::from(f32::from_bits(clock.speed_bits));
     for i in 0..was.len() {
         let (p, q) = (&was[i], &now[i]);
         let bytes = |p: &Particle, d: &Deformation| [bytemuck::bytes_of(p), bytemuck::bytes_of(d)].concat();
-        let meant = form == Form::All || stretch.contains(&i);
+        let meant = meant[i];
         if !meant || sorted.keys[i] == NOWHERE || p.tag & (PINNED | ASLEEP) != 0 {
             idle &= bytes(p, &def_was[i]) == bytes(q, &def_now[i]);
             let held = meant && sorted.keys[i] != NOWHERE;
@@ -174,6 +195,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             l *= MAX_STRETCH / (dt * l.norm());
             strained += 1;
         }
+        stirred.add(p.tag, moved.velocity.norm(), moved.size, f64::from(clock.stir));
         let body = &bodies[(p.tag & 0xff) as usize];
         let liquid = body.material == LIQUID;
         // Of a liquid F is J alone, which grows with the divergence.
@@ -246,9 +268,31 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             &[after.clamped_strain, after.clamped_volume, after.quarantined],
             &[clock.clamped_strain + strained, squeezed, clock.quarantined + lost],
         ),
-        Compared::fact("pinned, lost and unchanging values stay", idle),
+        Compared::fact("pinned, lost, sleeping and unchanging values stay", idle),
+        Compared::fact("motion beside what sleeps is counted", stirred.fits(after.stirred - clock.stirred)),
     ]);
     compared
+}
+
+/// Particles beside what sleeps that move; where rounding decides, they may count or not.
+#[derive(Default)]
+struct Stirred {
+    sure: u32,
+    doubtful: u32,
+}
+
+impl Stirred {
+    fn add(&mut self, tag: u32, speed: f64, size: f64, stir: f64) {
+        if tag & WATCHED != 0 {
+            let close = (speed - stir).abs() < 1e-5 * size;
+            self.doubtful += u32::from(close);
+            self.sure += u32::from(speed > stir && !close);
+        }
+    }
+
+    fn fits(&self, counted: u32) -> bool {
+        (self.sure..=self.sure + self.doubtful).contains(&counted)
+    }
 }
 
 /// The cells that particles came to, and the blocks they claimed.

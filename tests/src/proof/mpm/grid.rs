@@ -174,7 +174,7 @@ pub(super) fn compare_nodes(call: &Call, out: &Buffers, sums: &Sums) -> Vec<Comp
     vec![
         Compared::near("mass", mass_got, masses, most),
         Compared::close("velocity", speeds, want, scale),
-        Compared::fact("few nodes are in doubt", doubtful * 100 <= got.len()),
+        Compared::fact("few nodes are in doubt", doubtful * 50 <= got.len()),
         Compared::fact("clamps are counted", counted.abs_diff(clamps) as usize <= doubtful),
         Compared::fact("nodes that are not finite stand still or are slowed", sound),
         Compared::fact("the claims, the counts and the counters are forgotten", forgets(call, out)),

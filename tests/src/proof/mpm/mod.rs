@@ -13,6 +13,7 @@ pub mod p2g;
 pub mod p2g_fixed;
 pub mod p2g_float;
 pub mod receive;
+pub mod settle;
 pub mod spline;
 #[path = "stress.rs"]
 pub mod stress_case;

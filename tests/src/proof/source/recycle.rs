@@ -3,7 +3,7 @@
 use physvideo_gpu::kernels::{Clock, Deformation, Particle, Return};
 
 use crate::proof::cloud::{Cloud, DORMANT, PINNED, QUARANTINED, body_count};
-use crate::proof::lattice::{awake, busy};
+use crate::proof::lattice::{awake, busy, idle};
 use crate::proof::mpm::{Vec3, vec3};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 
@@ -60,13 +60,14 @@ fn inputs(ask: Ask) -> Call {
     }
     let turns: Vec<u32> = (0..ask.items as u32).map(|i| i * 7 % 5).collect();
     let awake = awake(ask.items, ask.seed);
-    Call::new(awake.len())
+    let clock = Clock { particles: ask.items as u32, idle: idle(&awake, ask.items), ..Default::default() };
+    Call::new(awake.len().div_ceil(64))
         .with("awake", &awake)
         .with("particles", &cloud.particles)
         .with("deformations", &cloud.deformations)
         .with("turns", &turns)
         .with("tally", &[3u32])
-        .with("clock", &[Clock { particles: ask.items as u32, ..Default::default() }])
+        .with("clock", &[clock])
         .same("was", "particles")
         .with("returns", &returns)
 }
@@ -77,13 +78,13 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let (was, now): (Vec<Deformation>, Vec<Deformation>) = (input.get("deformations"), out.get("deformations"));
     let (turns, returns): (Vec<u32>, Vec<Return>) = (input.get("turns"), input.get("returns"));
     let (mut kept, mut fresh, mut boxed, mut drained, mut total) = (true, true, true, true, 3);
-    let awake: Vec<u32> = input.get("awake");
+    let busy = busy(&input.get::<u32>("awake"), before.len());
     let mut want_turns = turns.clone();
     let mut places = Vec::new();
     for (i, (p, q)) in before.iter().zip(&after).enumerate() {
         let to = &returns[(p.tag & 0xff) as usize];
         let arrived = p.x.iter().all(|c| c.is_finite()) && inside(to, vec3(&p.x)) > 0.0;
-        if p.tag & (PINNED | QUARANTINED) != 0 || !arrived || !busy(&awake, i) {
+        if p.tag & (PINNED | QUARANTINED) != 0 || !arrived || !busy[i] {
             let same = |a: &[u8], b: &[u8]| a == b;
             kept &= same(bytemuck::bytes_of(p), bytemuck::bytes_of(q))
                 && same(bytemuck::bytes_of(&was[i]), bytemuck::bytes_of(&now[i]));
