@@ -250,7 +250,7 @@ const LATENT: [(&str, &str, &str, &str); 30] = [
 ];
 
 /// The same for liquids.
-const SPH: [(&str, &str, &str, &str); 46] = [
+const SPH: [(&str, &str, &str, &str); 52] = [
     ("sph/pack", "sph/pack", "< p);", "<= p);"),
     ("sph/pack", "sph/pack", "texel(was, 6u * p + 5u)", "texel(was, 6u * p + 4u)"),
     ("sph/pack", "lib/spot", "(q.y & 0x7ffu) << 10u", "(q.y & 0x7ffu) << 11u"),
@@ -275,6 +275,8 @@ const SPH: [(&str, &str, &str, &str); 46] = [
     ("sph/surround", "lib/wall", "min(across, 0.0)", "across"),
     ("sph/surround", "lib/sph_kernel", "b4 * (0.5 - 0.4 * b)", "b4 * (0.5 - 0.39 * b)"),
     ("sph/surround", "sph/surround", "(s3 * s3 * fill - 1.0", "(s3 * s3 - 1.0"),
+    ("sph/surround", "lib/sph_kernel", "3.0 * r * r * (rub_down", "3.01 * r * r * (rub_down"),
+    ("sph/surround", "sph/surround", "full * thick * m.squeeze", "thick * m.squeeze"),
     ("sph/cohesion", "lib/sph_kernel", "- 6.0 * max", "- 5.99 * max"),
     ("sph/cohesion", "sph/cohesion", "2.0 * cube - 1.0", "2.0 * cube"),
     ("sph/cohesion", "sph/cohesion", "- other.tension * other.slope", "- own.tension * other.slope"),
@@ -285,7 +287,11 @@ const SPH: [(&str, &str, &str, &str); 46] = [
     ("sph/force", "lib/sph_kernel", "0.64529452", "0.64629452"),
     ("sph/force", "sph/force", "dot(flow.xyz - other.xyz, e)", "dot(flow.xyz, e)"),
     ("sph/surround", "lib/sph_kernel", "1.1414433", "1.1424433"),
+    ("sph/force", "sph/force", "squeezed(own, v - own.slide)", "squeezed(own, v)"),
     ("sph/resist", "sph/resist", "own.slide - motion.xyz", "own.slide"),
+    ("sph/resist", "sph/resist", "dt * squeezed(own, motion.xyz) + slowed", "slowed"),
+    ("sph/resist", "sph/resist", "shares.d[word(numbers, id.x)]", "shares.d[id.x]"),
+    ("sph/total", "sph/total", " && word(keys, p) != NOWHERE", ""),
     ("sph/weigh", "sph/weigh", "turn * all.x / descent.along", "turn * all.x * descent.along"),
     ("sph/descend", "sph/descend", "if (turn != 0.0)", "if (true)"),
     ("sph/source", "sph/source", "own.fill < SPRAY", "false"),

@@ -28,11 +28,19 @@ struct Local {
     drag: f32,          // viscous drag of walls that stick [1/s]
     density: f32,       // at rest [kg/m³]
     tag: u32,
+    squeeze: vec3f,     // viscous drag of walls that let slip, along their normals only [1/s]
+    spare: f32,
 }
 
 // Acceleration of a particle by pressures: Σ (P_i + P_j) V ∇W over its neighbours, and the walls', which mirror its own.
 fn press(own: Local, push: vec3f, pressure: f32) -> vec3f {
     return -(push / STEEP + pressure * own.wall) / own.density;
+}
+
+// What walls that let slip take of a velocity relative to theirs [m/s²]. Where two meet they act along the mean of
+// their normals.
+fn squeezed(own: Local, v: vec3f) -> vec3f {
+    return own.squeeze * (dot(own.squeeze, v) / max(length(own.squeeze), 1e-20));
 }
 
 // Viscosity between two particles.
@@ -55,9 +63,10 @@ fn load_crowd(t: texture_1d<u32>, i: u32) -> Crowd {
     return Crowd(a.xyz, a.w, bitcast<f32>(b.x), b.y, vec2u(0u));
 }
 fn load_local(t: texture_1d<u32>, i: u32) -> Local {
-    let a = texel(t, 4u * i);
-    let b = texel(t, 4u * i + 1u);
-    let c = texel(t, 4u * i + 2u);
-    let d = texel(t, 4u * i + 3u);
-    return Local(a.xyz, a.w, b.xyz, b.w, c.xyz, c.w, d.x, d.y, d.z, bitcast<u32>(d.w));
+    let a = texel(t, 5u * i);
+    let b = texel(t, 5u * i + 1u);
+    let c = texel(t, 5u * i + 2u);
+    let d = texel(t, 5u * i + 3u);
+    let e = texel(t, 5u * i + 4u);
+    return Local(a.xyz, a.w, b.xyz, b.w, c.xyz, c.w, d.x, d.y, d.z, bitcast<u32>(d.w), e.xyz, 0.0);
 }

@@ -71,3 +71,25 @@ fn mirrored_moment(d: f32) -> f32 {
     let z = 2.0 * max(d, 0.0);
     return z * layer_slope(z) + (z + 1.0) * layer_slope(z + 1.0);
 }
+
+// Integrals of `rub` times r, and over r.
+fn rub_up(r: f32) -> f32 {
+    return 0.81549072 * r * r * (1.0 + 2.0 * ROUND - r * ((1.0 + 4.0 * ROUND) / 3.0 - 0.25 * ROUND * r));
+}
+fn rub_down(r: f32) -> f32 {
+    return 0.81549072 * ((2.0 + 4.0 * ROUND) * log(r) - r * (1.0 + 4.0 * ROUND - 0.5 * ROUND * r));
+}
+
+// What a plane at distance z takes of a flow that comes to it: ∫ rub z (3/2 z²/r² − 1/2) over the plane, for a velocity
+// (−x, y/2, z/2), as that of a liquid that is as far from a wall as x and evades to its sides.
+fn layer_squeeze(z: f32) -> f32 {
+    let r = clamp(z, 1e-3, 2.0);
+    return 3.1415927 * min(z, 2.0) * (3.0 * r * r * (rub_down(2.0) - rub_down(r)) - rub_up(2.0) + rub_up(r));
+}
+
+// Of the fluid's mirror image, whose velocity along the normal is turned: viscosity takes so much of the velocity along
+// it over the distance d, in ν/h².
+fn mirrored_squeeze(d: f32) -> f32 {
+    let z = 2.0 * max(d, 0.0);
+    return layer_squeeze(z) + layer_squeeze(z + 1.0);
+}

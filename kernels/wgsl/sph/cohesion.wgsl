@@ -40,7 +40,7 @@ struct Skin { tension: f32, slope: vec3f }
 fn skin(i: u32, h: f32) -> Skin {
     let tag = bitcast<u32>(texel(moves, i).w);
     let tension = UNIT * texel(bodies, 3u * (tag & BODY_MASK) + 1u).x;
-    return Skin(tension, h * (texel(crowds, 2u * i).xyz + 0.5 * texel(around, 4u * i).xyz));
+    return Skin(tension, h * (texel(crowds, 2u * i).xyz + 0.5 * texel(around, 5u * i).xyz));
 }
 
 // Akinci's spline over a reach of 2 h, 1 at its peak q = 1: pulls, but pushes where q < 0.55.
@@ -81,6 +81,6 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             force -= across * step + e * ((along - across) * dot(e, step));
         }
     }
-    let wall = WALL * own.tension * inv_h * texel(around, 4u * i).xyz;
+    let wall = WALL * own.tension * inv_h * texel(around, 5u * i).xyz;
     locals.d[i].drive += force * (inv_h * inv_h / here.w) + wall / here.w;
 }

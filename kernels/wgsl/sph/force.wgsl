@@ -59,6 +59,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         // Stands any step.
         let held = dt * own.drag;
         v = (v + held * own.slide) / (1.0 + held);
+        v -= dt / (1.0 + dt * length(own.squeeze)) * squeezed(own, v - own.slide);
     }
     if ((own.tag & PINNED) != 0u) { v = vec3f(0.0); }
     flown.d[i] = vec4f(v, flow.w);

@@ -8,8 +8,9 @@
 //! texels lists: u32
 //! texels crowds: Crowd
 //! texels locals: Local
+//! texels numbers: u32
 
-// 1: what v* leaves, to begin with; else the operator, and sums with what it was applied to.
+// 1: what v* leaves, to begin with; else the operator, and products with what it was applied to.
 override OPENS: bool = false;
 
 struct Vectors { d: array<vec4f> }
@@ -22,28 +23,18 @@ struct Pairs { d: array<vec2f> }
 @group(0) @binding(5) var<storage, read> live: Counts;
 @group(0) @binding(6) var<storage, read> clock: Clock;
 @group(0) @binding(7) var<storage, read_write> answers: Vectors;   // z, or what it is mapped to [m/s]; the viscosity
-@group(0) @binding(8) var<storage, read_write> partials: Pairs;    // of each workgroup: Σ ρ z·z, Σ ρ z·Az
+@group(0) @binding(8) var<storage, read_write> shares: Pairs;     // of each particle by its number: ρ z·z, ρ z·Az
+@group(0) @binding(9) var numbers: texture_1d<u32>;
 var<immediate> grid: Grid;
 
-var<workgroup> parts: array<vec2f, 64>;
-
 @compute @workgroup_size(64)
-fn main(@builtin(global_invocation_id) id: vec3u, @builtin(workgroup_id) group: vec3u,
-    @builtin(local_invocation_index) lane: u32) {
+fn main(@builtin(global_invocation_id) id: vec3u) {
     let stride = clock.particles;
     let dt = clock.dt;
     let placed = live.cursor;
-    parts[lane] = vec2f(0.0);
-    if (id.x < placed) { parts[lane] = resist(id.x, stride, dt); }
-    workgroupBarrier();
-    // Always added in the same order, eight by eight.
-    if (lane < 8u) { for (var k = 1u; k < 8u; k++) { parts[lane] += parts[lane + 8u * k]; } }
-    workgroupBarrier();
-    if (!OPENS && lane == 0u) {
-        var sum = parts[0];
-        for (var k = 1u; k < 8u; k++) { sum += parts[k]; }
-        partials.d[group.x] = sum;
-    }
+    if (id.x >= placed) { return; }
+    let share = resist(id.x, stride, dt);
+    if (!OPENS) { shares.d[word(numbers, id.x)] = share; }
 }
 
 fn resist(i: u32, stride: u32, dt: f32) -> vec2f {
@@ -66,8 +57,11 @@ fn resist(i: u32, stride: u32, dt: f32) -> vec2f {
     }
     let slowed = dt * inv_h * inv_h / own.density * shear;
     let held = dt * own.drag;
-    var answer = motion.xyz + held * motion.xyz + slowed;
-    if (OPENS) { answer = held * (own.slide - motion.xyz) - slowed; }
+    var answer = motion.xyz + held * motion.xyz + dt * squeezed(own, motion.xyz) + slowed;
+    if (OPENS) {
+        let over = own.slide - motion.xyz;
+        answer = held * over + dt * squeezed(own, over) - slowed;
+    }
     // What is held has nothing left, and takes no part.
     if ((own.tag & PINNED) != 0u) { answer = vec3f(0.0); }
     answers.d[i] = vec4f(answer, motion.w);

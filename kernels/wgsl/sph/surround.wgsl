@@ -60,7 +60,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     // At a free face or a wall that lets slip, viscosity's sums have less to go on; what both a wall that sticks and a
     // face take is taken once.
     let sheared = min(crowd.fill + 1.0 - m.loose, crowd.fill / max(m.loose, 1e-6));
-    flows.d[i] = vec4f(motion.xyz, viscosity * density / max(1.0 - SHEARED * (1.0 - sheared), 0.5 * sheared));
+    let thick = viscosity / max(1.0 - SHEARED * (1.0 - sheared), 0.5 * sheared);
+    flows.d[i] = vec4f(motion.xyz, thick * density);
     // Only fluid that is pressed has a pressure that could go on in the wall.
     var pressed = pressure;
     if (INCOMPRESSIBLE) {
@@ -69,5 +70,5 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     }
     let full = clamp(pressed / max(0.25 * density * h * length(drive), 1e-20), 0.0, 1.0);
     locals.d[i] = Local(m.slope, m.drift, drive + full * m.lift, fill, m.slide * share, m.friction * share, response,
-        m.drag * viscosity, density, tag);
+        m.drag * viscosity, density, tag, full * thick * m.squeeze, 0.0);
 }

@@ -80,6 +80,7 @@ pub static CASES: &[&Case] = &[
     &sph::search::CASE,
     &sph::source::CASE,
     &sph::surround::CASE,
+    &sph::total::CASE,
     &sph::weigh::CASE,
 ];
 

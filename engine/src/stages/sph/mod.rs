@@ -234,8 +234,9 @@ impl<'gpu> Sph<'gpu> {
         // After the pressure: what gravity and pressure leave of each other is motion too, g dt of it, that a thick liquid
         // resists; before it, such a liquid sinks by that in every step.
         if let Some(viscous) = &self.viscous {
-            let live = counters;
-            viscous.record(rec, k, &Step { places, flown, lists, crowds, locals, live, clock, grid: immediates, each });
+            let (live, grid, awake) = (counters, immediates, self.cells.awake);
+            let step = Step { places, flown, numbers, lists, crowds, locals, live, clock, keys, awake, grid, each };
+            viscous.record(rec, k, &step);
         }
         let particles = particles.cast();
         rec.call(
@@ -397,8 +398,8 @@ impl Solver for Sph<'_> {
         self.deformations
     }
 
-    // Places follow the order in which blocks were claimed, and the sums of conjugate gradients follow places.
+    // Sums of conjugate gradients follow the particles' numbers (`sph/total`).
     fn deterministic(&self) -> bool {
-        self.viscous.is_none()
+        true
     }
 }

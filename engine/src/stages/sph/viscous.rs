@@ -18,6 +18,7 @@ pub(super) struct Viscous {
     pulls: Buf<[f32; 4]>,
     aims: Buf<[f32; 4]>,
     draws: Buf<[f32; 4]>,
+    shares: Buf<[f32; 2]>,
     partials: Buf<[f32; 2]>,
     /// How the solve goes.
     pub descent: Buf<Descent>,
@@ -27,11 +28,14 @@ pub(super) struct Viscous {
 pub(super) struct Step {
     pub places: Buf<[f32; 4]>,
     pub flown: Buf<[f32; 4]>,
+    pub numbers: Buf<u32>,
     pub lists: Buf<u32>,
     pub crowds: Buf<Crowd>,
     pub locals: Buf<Local>,
     pub live: Buf<Counts>,
     pub clock: Buf<kernels::Clock>,
+    pub keys: Buf<u32>,
+    pub awake: Buf<u32>,
     pub grid: Grid,
     /// Workgroups over all particles.
     pub each: Groups,
@@ -39,7 +43,7 @@ pub(super) struct Step {
 
 impl Viscous {
     /// Bytes of each particle.
-    pub const BYTES: u64 = 4 * 16 + 1;
+    pub const BYTES: u64 = 4 * 16 + 8 + 1;
 
     pub fn new(gpu: &Gpu, count: u64) -> Result<Self, GpuError> {
         Ok(Self {
@@ -47,6 +51,7 @@ impl Viscous {
             pulls: gpu.alloc("run", "sph/pulls", count)?,
             aims: gpu.alloc("run", "sph/aims", count)?,
             draws: gpu.alloc("run", "sph/draws", count)?,
+            shares: gpu.alloc("run", "sph/shares", count)?,
             partials: gpu.alloc("run", "sph/partials", count.div_ceil(64))?,
             descent: gpu.upload("run", "sph/descent", &[Descent::default()])?,
         })
@@ -54,8 +59,9 @@ impl Viscous {
 
     /// Solves for the velocities in `flown`.
     pub fn record(&self, rec: &mut Recording, k: &Constants, step: &Step) {
-        let Self { lefts, pulls, aims, draws, partials, descent } = *self;
-        let Step { places, flown, lists, crowds, locals, live, clock, grid: immediates, each } = *step;
+        let Self { lefts, pulls, aims, draws, shares, partials, descent } = *self;
+        let Step { places, flown, numbers, lists, crowds, locals, live, clock, keys, awake, grid: immediates, each } =
+            *step;
         let once = Groups::Direct([1, 1, 1]);
         let pass = Groups::Indirect(descent.erase(), std::mem::offset_of!(Descent, groups) as u64);
         let resist = |motions, answers| sph::Resist {
@@ -67,7 +73,8 @@ impl Viscous {
             live,
             clock,
             answers,
-            partials,
+            shares,
+            numbers,
             immediates,
         };
         let weigh = |opens: bool, last: bool| {
@@ -78,6 +85,7 @@ impl Viscous {
         rec.call(&resist(flown, lefts), &k.clone().with("OPENS", 1.0), each);
         for turn in 0..=MOST_ITERATIONS {
             rec.call(&resist(lefts, pulls), k, pass);
+            rec.call(&sph::Total { keys, awake, clock, shares, partials }, k, pass);
             rec.call(&weigh(false, turn == MOST_ITERATIONS), k, once);
             rec.call(&sph::Descend { descent, live, pulls, lefts, aims, draws, flown }, k, pass);
         }

@@ -1,5 +1,5 @@
 //! Proof of `sph/force`: a = drive − 1/ρ (Σ (P_i + P_j) V∇W / steep + P_i ∇wall) − 1/(ρ h²) Σ 2 m_i m_j/(m_i + m_j) w e·(v_i − v_j) e
-//! with m the viscosities (Solenthaler & Pajarola 2008; Monaghan 2005; Cleary 1998), then the implicit drag of walls that stick; both
+//! with m the viscosities (Solenthaler & Pajarola 2008; Monaghan 2005; Cleary 1998), then the implicit drag of walls that stick and, along their normals, of those that let slip; all
 //! are left out where they are solved for. What is held stands still.
 
 use physvideo_gpu::kernels::{Clock, Counts, Local};
@@ -90,7 +90,10 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             size += most / f64::from(own.density);
         }
         let held = if implicit { 0.0 } else { dt * f64::from(own.drag) };
-        let free = (v + a * dt + vec3(&own.slide) * held) / (1.0 + held);
+        let slid = (v + a * dt + vec3(&own.slide) * held) / (1.0 + held);
+        let squeeze = vec3(&own.squeeze) * if implicit { 0.0 } else { dt };
+        let (rate, n) = (squeeze.norm(), squeeze.try_normalize(0.0).unwrap_or_default());
+        let free = slid - n * ((slid - vec3(&own.slide)).dot(&n) * rate / (1.0 + rate));
         let next = if own.tag & PINNED != 0 { Vec3::zeros() } else { free };
         got.extend(flown[i][..3].iter().map(|c| f64::from(*c)));
         want.extend(next.iter());

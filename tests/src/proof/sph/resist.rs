@@ -1,5 +1,5 @@
 //! Proof of `sph/resist`: v + dt D v + dt/(ρ h²) Σ 2 m_i m_j/(m_i + m_j) w e·(v_i − v_j) e, or what v* leaves of it,
-//! dt D (wall − v*) − dt/(ρ h²) Σ …; sums Σ ρ z·z and Σ ρ z·Az of each workgroup.
+//! dt D (wall − v*) − dt/(ρ h²) Σ …; ρ z·z and ρ z·Az of each particle, by its number.
 
 use physvideo_gpu::kernels::{Clock, Counts, Local};
 
@@ -26,14 +26,16 @@ fn inputs(ask: Ask) -> Call {
         [v[0], v[1], v[2], if r.chance(0.2) { 0.0 } else { r.range(0.0, 200.0) }]
     });
     let locals = liquid.locals();
-    let groups = ask.items.div_ceil(64) + 1;
+    let mut numbers: Vec<u32> = (0..ask.items as u32).collect();
+    liquid.random.shuffle(&mut numbers);
     liquid
         .call()
         .constant("OPENS", (ask.seed % 2) as f64)
         .with("motions", &motions)
         .with("locals", &locals)
         .with("answers", &vec![[0.0f32; 4]; ask.items])
-        .with("partials", &vec![[f32::NAN; 2]; groups])
+        .with("numbers", &numbers)
+        .with("shares", &vec![[f32::NAN; 2]; ask.items])
 }
 
 fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
@@ -43,9 +45,10 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let (places, motions): (Vec<[f32; 4]>, Vec<[f32; 4]>) = (b.get("places"), b.get("motions"));
     let locals: Vec<Local> = b.get("locals");
     let opens = call.constants == physvideo_gpu::Constants::none().with("OPENS", 1.0);
-    let (answers, partials): (Vec<[f32; 4]>, Vec<[f32; 2]>) = (out.get("answers"), out.get("partials"));
+    let (answers, shares): (Vec<[f32; 4]>, Vec<[f32; 2]>) = (out.get("answers"), out.get("shares"));
+    let numbers: Vec<u32> = b.get("numbers");
     let (mut got, mut want, mut scale) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut sums, mut sizes) = (vec![[0.0; 2]; partials.len()], vec![[0.0; 2]; partials.len()]);
+    let (mut products, mut wants, mut sizes) = (Vec::new(), Vec::new(), Vec::new());
     for i in 0..placed {
         let (own, v) = (&locals[i], vec3(&motions[i]));
         let held = dt * f64::from(own.drag);
@@ -56,7 +59,11 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             slowed -= term * (dt / f64::from(own.density));
             size += most * dt / f64::from(own.density);
         }
+        let squeeze = vec3(&own.squeeze) * dt;
+        let n = squeeze.try_normalize(0.0).unwrap_or_default();
+        size += squeeze.norm() * (v.norm() + vec3(&own.slide).norm());
         let mut answer = if opens { (vec3(&own.slide) - v) * held - slowed } else { v + v * held + slowed };
+        answer += squeeze * n.dot(&if opens { vec3(&own.slide) - v } else { v });
         if own.tag & PINNED != 0 {
             answer = Vec3::zeros();
         }
@@ -64,19 +71,16 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         want.extend(answer.iter());
         scale.extend([size; 3]);
         let density = f64::from(own.density);
-        for (k, (sum, most)) in [(v.dot(&v), v.dot(&v)), (v.dot(&answer), v.norm() * size)].into_iter().enumerate() {
-            sums[i / 64][k] += density * sum;
-            sizes[i / 64][k] += density * most;
-        }
+        products.extend(shares[numbers[i] as usize].map(f64::from));
+        wants.extend([density * v.dot(&v), density * v.dot(&answer)]);
+        sizes.extend([density * v.dot(&v), density * v.norm() * size]);
     }
     let kept = (0..placed).all(|i| answers[i][3] == motions[i][3]);
     let mut all = vec![Compared::close("answers", got, want, scale), Compared::fact("the fourth goes on", kept)];
     if opens {
-        all.push(Compared::fact("no sums yet", partials.iter().all(|p| p[0].is_nan())));
+        all.push(Compared::fact("no products yet", shares.iter().all(|p| p[0].is_nan())));
     } else {
-        let flat = |sums: &[[f64; 2]]| sums.iter().flatten().copied().collect::<Vec<_>>();
-        let got = partials.iter().flatten().map(|c| f64::from(*c)).collect();
-        all.push(Compared::close("sums", got, flat(&sums), flat(&sizes)));
+        all.push(Compared::close("products", products, wants, sizes));
     }
     all
 }

@@ -4,7 +4,7 @@
 use nalgebra::{Rotation3, Unit};
 use physvideo_gpu::kernels::{Body, Clock, Collider, Colliders, Counts, Crowd, Forces, Local, family::shape};
 
-use super::wall::mirrored;
+use super::wall::{mirrored, squeezed};
 use super::{Liquid, Vec3, Vectors, h, sheared, steep, vec3};
 use crate::proof::mpm::force;
 use crate::proof::mpm::obstacle::obstacles;
@@ -108,6 +108,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         let (density, nu) = (f64::from(places[i][3]), f64::from(body.mu));
         let (drive, doubtful) = force::acceleration(&forces, body, x, v, time);
         let (mut free, mut slope, mut drift, mut lift) = (1.0, Vec3::zeros(), 0.0, Vec3::zeros());
+        let mut squeeze = Vec3::zeros();
         let (mut loose, mut slide, mut friction, mut weight, mut drag, mut clear) =
             (1.0, Vec3::zeros(), 0.0, 0.0, 0.0, !doubtful);
         for c in &colliders.d[..colliders.count as usize] {
@@ -141,6 +142,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
                     drag -= nu * s / (d.max(0.1) * h() * h());
                 } else {
                     friction += f64::from(c.friction) * g.norm();
+                    squeeze += n * (squeezed(d) / (d.max(0.1) * h() * h()));
                 }
             }
         }
@@ -159,19 +161,11 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         }
         let steepest = 4.0 / h();
         let shears = (f64::from(crowd.fill) + 1.0 - loose).min(f64::from(crowd.fill) / loose);
+        let thickness = nu / (1.0 - sheared() * (1.0 - shears)).max(0.5 * shears);
         got.extend(
             [points[i][3], flows[i][3], l.drift, l.fill, l.friction, l.response, l.drag, l.density].map(f64::from),
         );
-        want.extend([
-            tait,
-            nu * density / (1.0 - sheared() * (1.0 - shears)).max(0.5 * shears),
-            drift,
-            fill,
-            mean(friction),
-            response,
-            drag,
-            density,
-        ]);
+        want.extend([tait, thickness * density, drift, fill, mean(friction), response, drag, density]);
         let thick = nu * density * (1.0 + 1.0 / shears) / shears;
         scale.extend([density * sound * sound * fill.powi(5), thick, steepest * 3.0, fill, 1.0]);
         scale.extend([
@@ -183,6 +177,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             (l.wall, slope, steepest),
             (l.drive, all, drive.norm() * 40.0),
             (l.slide, Vec3::from_fn(|a, _| mean(slide[a])), 3.0),
+            (l.squeeze, squeeze * (full * thickness), thick / density * 20.0 / (h() * h())),
         ] {
             got.extend(a.map(f64::from));
             want.extend(b.iter());

@@ -1,6 +1,6 @@
 //! What walls add to a fluid's sums, in f64: the fluid's mirror image in a plane, summed plane by plane.
 
-use super::cubic;
+use super::{cubic, rub};
 
 /// ∫ V W over a plane at distance z, by quadrature: 2π ∫ W r dr from z to the support's end.
 pub fn layer(z: f64) -> f64 {
@@ -18,6 +18,21 @@ pub fn mirrored(d: f64) -> (f64, f64, f64) {
     let slope = 2.0 * (layer_slope(z) + layer_slope(z + 1.0));
     let inside = if d < 0.0 { -d } else { 0.0 };
     (layer(z) + layer(z + 1.0) + inside, slope, z * layer_slope(z) + (z + 1.0) * layer_slope(z + 1.0))
+}
+
+/// What a plane at distance z takes of a velocity (−x, y/2, z/2): ∫ w e·v e_x, e = (z, ρ)/r, by quadrature.
+fn layer_squeeze(z: f64) -> f64 {
+    let turned = |r: f64| {
+        let along = z / r;
+        along * r * (along * along - 0.5 * (1.0 - along * along))
+    };
+    if z > 0.0 { 2.0 * std::f64::consts::PI * integral(z, |r| rub(r) * turned(r) * r) } else { 0.0 }
+}
+
+/// Of the mirror image's two layers.
+pub fn squeezed(d: f64) -> f64 {
+    let z = 2.0 * d.max(0.0);
+    layer_squeeze(z) + layer_squeeze(z + 1.0)
 }
 
 fn integral(from: f64, f: impl Fn(f64) -> f64) -> f64 {
