@@ -127,7 +127,7 @@ impl Matter {
         let Some(Shared { grid, table, nodes, gifts }) = self.shared else { return };
         let Moved { cells, state, pushes, clock } = *of;
         let Self { facets, touches, .. } = *self;
-        let immediates = Grid { first: 0, count: self.count, ..grid };
+        let immediates = Grid { count: self.count, ..grid };
         let press = lagrangian::Press {
             cells,
             facets,
