@@ -90,8 +90,9 @@ fn loose(body: &Body, world: &World) -> Option<String> {
     }
     // Contact passes energy on, and beyond the speed of waves makes some (assets/wp/stress.md): half of it is safe.
     let (meets, waves) = (Expected::of(world).speed(), f64::from(body.wave_speed()));
-    (meets > 0.5 * waves)
-        .then(|| format!("and it may meet something at {meets:.1} m/s, more than half the speed of its waves, {waves:.1} m/s"))
+    (meets > 0.5 * waves).then(|| {
+        format!("and it may meet something at {meets:.1} m/s, more than half the speed of its waves, {waves:.1} m/s")
+    })
 }
 
 /// Where some bodies cannot be on grids of their own whatever is asked, and others can: which are, body by body. Absent

@@ -105,6 +105,9 @@ const PAPER_STEP: f32 = 4e-4;
 /// Deformation by its own fall and weight that a solid may show before it counts as softer than it should look.
 const SOFT: f32 = 0.05;
 
+/// Share of its stiffness below which nothing to speak of loads a body.
+const LIGHT: f32 = 1e-6;
+
 /// What a user should know of the steps: that the paper's are not stable here, and what makes a stiff solid cheaper.
 pub fn step_notes(world: &World, fps: f32) -> Vec<String> {
     if world.is_fluid() {
@@ -125,6 +128,10 @@ pub fn step_notes(world: &World, fps: f32) -> Vec<String> {
         ));
     }
     for body in &world.bodies {
+        let damped = body.damping_cost(world.dx);
+        if damped > 1.2 && world.force_dt.is_none() {
+            notes.push(format!("`damping` of '{}' makes its steps {damped:.1} times as short", body.name));
+        }
         let hardest = body.material.hardest();
         if hardest > 1.0 && world.force_dt.is_none() {
             let times = hardest.sqrt();
@@ -136,7 +143,7 @@ pub fn step_notes(world: &World, fps: f32) -> Vec<String> {
     {
         let share = needed / young;
         // Steps go with the root of the modulus.
-        if share < 0.25 {
+        if (LIGHT..0.25).contains(&share) {
             notes.push(format!(
                 "'{}' costs {:.0} substeps a frame; {:.1e} of its `young` would do with {:.0}, and its fall and weight \
                  deform it by about {:.0} %: `simulation.stiffness_cap = {SOFT}` takes that",
@@ -193,6 +200,15 @@ mod tests {
         let notes = step_notes(&cube(8e4), 24.0);
         assert!(notes.len() == 1 && notes[0].contains("2.7 times the limit of 'apple'; 1.1e-4 s"), "{notes:?}");
         assert!(step_notes(&cube(8e3), 24.0).is_empty(), "c = 16.9 m/s is slow enough");
+    }
+
+    /// ζ = 1.1 β c/dx = 7.5 of the fastest vibration: 1/(ζ + sqrt(1 + ζ²)) of the step.
+    #[test]
+    fn what_damping_costs_is_told() {
+        let mut damped = cube(8e4);
+        damped.bodies[0].damping = 1e-3;
+        let notes = step_notes(&damped, 24.0);
+        assert!(notes.iter().any(|n| n == "`damping` of 'apple' makes its steps 15.1 times as short"), "{notes:?}");
     }
 
     /// A fall of 0.1 m: ρ v²/ε² = 31 kPa.

@@ -1,6 +1,6 @@
 //! Which worlds qualify, and what is said of those that do not.
 
-use physvideo::elastic::choose;
+use physvideo::elastic::{choose, undamped};
 use physvideo::scene::Elastic;
 use physvideo::stages::lagrangian::{Unfit, fit};
 
@@ -56,6 +56,29 @@ fn bodies_on_a_lattice_qualify() {
     assert!(format!("{refused:?}").contains("simulation.elastic"), "{refused:?}");
 }
 
+/// One that nothing holds is on a grid of its own if it is damped, and meets nothing near the speed of its waves.
+#[test]
+fn a_free_body_qualifies_if_damped_and_slow() {
+    let ball = |damping: f32, speed: f32| {
+        let mut ball = body((1e5, 0.3), 1000.0, DX, fill(DX, [0.1; 3], [0.6; 3], |_| true), |_| [speed, 0.0, 0.0]);
+        ball.damping = damping;
+        world(vec![ball], DX)
+    };
+    // Waves of 11.6 m/s, and nothing to fall by.
+    assert!(choose(Elastic::Auto, &ball(1e-3, 5.0)).unwrap().total_lagrangian);
+    for (w, why) in [(ball(1e-3, 6.0), "half the speed of its waves, 11.6 m/s"), (ball(0.0, 5.0), "without `damping`")]
+    {
+        let choice = choose(Elastic::Auto, &w).unwrap();
+        assert!(!choice.total_lagrangian && choice.why.contains(why), "{choice:?}");
+    }
+    // What the shared grid moves loses its damping, and is told so.
+    let mut fast = ball(1e-3, 6.0);
+    let choice = choose(Elastic::Auto, &fast).unwrap();
+    let notes = undamped(&choice, &mut fast);
+    assert!(notes.len() == 1 && notes[0].contains("`damping` of 'body' is left out"), "{notes:?}");
+    assert!(fast.bodies[0].damping == 0.0 && undamped(&choice, &mut ball(0.0, 6.0)).is_empty());
+}
+
 /// Beside what is not elastic each body is decided on by itself; what all bodies are decided on alike stays so.
 #[test]
 fn beside_sand_a_held_body_has_a_grid_of_its_own() {
@@ -77,7 +100,7 @@ fn beside_sand_a_held_body_has_a_grid_of_its_own() {
     assert_eq!(
         auto.why,
         "'sand' by MPM (has a material that is not elastic), 'leaf' on a grid of its own (elastic and held), 'ball' by MPM \
-         (is elastic, and nothing holds it)"
+         (is elastic, but nothing holds it, and after an impact it would ring on without `damping`)"
     );
     assert_eq!(choose(Elastic::TotalLagrangian, &w).unwrap().beside, [false, true, true]);
     assert!(choose(Elastic::UpdatedLagrangian, &w).unwrap().beside.is_empty());
