@@ -179,7 +179,7 @@ fn fall(body: &Body, world: &World) -> f64 {
 }
 
 /// Largest acceleration of a field that pushes whatever the speed [m/s²].
-fn push(f: &kernels::Field, world: &World) -> f64 {
+pub(crate) fn push(f: &kernels::Field, world: &World) -> f64 {
     let (a, strength) = (length(&f.a[..3]), f64::from(f.p0));
     match f.kind {
         field::POINT | field::UNIFORM => a,
@@ -194,12 +194,12 @@ fn push(f: &kernels::Field, world: &World) -> f64 {
 }
 
 /// Largest speed of a wind [m/s].
-fn wind(f: &kernels::Field) -> f64 {
+pub(crate) fn wind(f: &kernels::Field) -> f64 {
     if f.kind == field::WIND { length(&f.a[..3]) * (1.0 + f64::from(f.p1)) } else { 0.0 }
 }
 
 /// Drag rate of a wind [1/s].
-fn wind_drag(f: &kernels::Field) -> f64 {
+pub(crate) fn wind_drag(f: &kernels::Field) -> f64 {
     if f.kind == field::WIND { f64::from(f.p0) } else { 0.0 }
 }
 

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use crate::accuracy;
 use crate::assemble::Assembled;
 use crate::cap::Expected;
 use crate::scene::{Elastic, Kind, Pressure, Problem};
@@ -80,6 +81,14 @@ pub fn undamped(choice: &Choice, world: &mut World) -> Vec<String> {
     damped.map(note).collect()
 }
 
+/// Least thickness of a body beside matter of the grid [cells]: what it meets there is smeared over two, and sand poured
+/// on a plate of one fell through it.
+const THIN: f32 = 1.75;
+
+fn thickness(body: &Body) -> f32 {
+    accuracy::size(&body.positions, body.particle_volume.cbrt())
+}
+
 /// Why a body that nothing holds is better left to MPM, whose transfer calms what falls and hits.
 fn loose(body: &Body, world: &World) -> Option<String> {
     if body.pinned.contains(&true) {
@@ -111,6 +120,9 @@ fn mixed(asked: Elastic, world: &World) -> Option<Result<Choice, Problem>> {
             Err(unfit) => Some(unfit.to_string()),
             Ok(()) if asked == Elastic::Auto && loose(body, world).is_some() => {
                 loose(body, world).map(|why| format!("is elastic, but nothing holds it, {why}"))
+            }
+            Ok(()) if asked == Elastic::Auto && thickness(body) < THIN * world.dx => {
+                Some("is elastic, but so thin that matter of the grid could pass through it".into())
             }
             Ok(()) => overlap(world, |j| j == i).map(|what| format!("is elastic, but {what}")),
         };

@@ -21,6 +21,12 @@ pub fn reach(body: &Body, world: &World, kind: Kind) -> Result<f32, Unfit> {
     if body.emission.is_some() || body.recycle.is_some() {
         return beyond("is emitted or starts anew".into());
     }
+    if body.damping > 0.0 {
+        return beyond("is damped, and only what is not was measured".into());
+    }
+    if world.bodies.iter().any(|b| b.material.elastic() != body.material.elastic()) {
+        return beyond("meets bodies of another kind, and each kind was measured by itself".into());
+    }
     let moved = world.colliders.iter().any(|c| c.velocity != [0.0; 4] || c.spin != [0.0; 4]);
     let fields = body.fields & ((1u64 << world.fields.len().min(32)) - 1) as u32 != 0;
     if kind != Kind::Held && (fields || moved || body.surface_tension() > 0.0) {
@@ -98,6 +104,16 @@ mod tests {
         let speed = fastest(&world.bodies[0], &world, Kind::Free);
         assert!((speed - (2.0f32 * 9.81 * 1.75).sqrt()).abs() < 1e-3, "{speed}");
         assert!(reach(&world.bodies[0], &world, Kind::Free).is_ok());
+        // Neither damping was measured, nor what meets another kind.
+        let mut damped = world.clone();
+        damped.bodies[0].damping = 1e-3;
+        assert!(reach(&damped.bodies[0], &damped, Kind::Free).is_err());
+        let mut beside = world.clone();
+        beside.bodies.push(Body {
+            material: Material::Sand { young: 1e6, poisson: 0.3, friction: 0.7 },
+            ..world.bodies[0].clone()
+        });
+        assert!(reach(&beside.bodies[0], &beside, Kind::Free).is_err());
         let high = |world: &mut World, z: f32| world.bodies[0].positions.iter_mut().for_each(|x| x[2] += z);
         high(&mut world, 30.0);
         let refused = reach(&world.bodies[0], &world, Kind::Free);

@@ -70,7 +70,8 @@ fn damped(solid: Solid, p: Four, f: Four, rate: Four, share: vec4f) -> Four {
 fn tell_clock(solid: Solid) {
     let undamped = solid.wave * sqrt(stiffest / (solid.lambda + 2.0 * solid.mu));
     // At Courant's limit ω dt = 2; with ζ of critical damping a step may have 1/(ζ + sqrt(1 + ζ²)) of that (Belytschko).
-    let z = QUICK * solid.damping * undamped / reference.dx;
+    // What is faster than any number stays so without damping.
+    let z = select(0.0, QUICK * solid.damping * undamped / reference.dx, solid.damping > 0.0);
     let wave = undamped * (z + sqrt(1.0 + z * z));
     if (wave > SLACK * clock.wave_speed) { atomicMax(&clock.speed_bits, bitcast<u32>(wave)); }
     if (squeezed > 0u) { atomicAdd(&clock.clamped_volume, squeezed); }

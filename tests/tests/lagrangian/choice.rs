@@ -104,6 +104,15 @@ fn beside_sand_a_held_body_has_a_grid_of_its_own() {
     );
     assert_eq!(choose(Elastic::TotalLagrangian, &w).unwrap().beside, [false, true, true]);
     assert!(choose(Elastic::UpdatedLagrangian, &w).unwrap().beside.is_empty());
+    // What is only a cell thick is left to the shared grid, through which nothing passes, unless it is asked for.
+    let mut thin = w.clone();
+    let leaf = &mut thin.bodies[1];
+    let kept: Vec<usize> = (0..leaf.positions.len()).filter(|i| leaf.positions[*i][1] < DX as f32).collect();
+    leaf.positions = kept.iter().map(|i| leaf.positions[*i]).collect();
+    leaf.velocities = kept.iter().map(|i| leaf.velocities[*i]).collect();
+    leaf.pinned = kept.iter().map(|i| leaf.pinned[*i]).collect();
+    assert!(choose(Elastic::Auto, &thin).unwrap().beside.is_empty());
+    assert_eq!(choose(Elastic::TotalLagrangian, &thin).unwrap().beside, [false, true, true]);
     // One inside the sand stays with it, or is refused where that is not wanted.
     let shift = |b: &mut physvideo::world::Body, by: f32| b.positions.iter_mut().for_each(|x| x[0] += by);
     shift(&mut w.bodies[1], 1.75);

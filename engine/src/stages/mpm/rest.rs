@@ -14,6 +14,7 @@ use physvideo_gpu::kernels::family::{field, shape};
 use physvideo_gpu::kernels::{Collider, Extent, Field, Grid};
 
 use super::reach::{Blocks, spread};
+use crate::cap;
 use crate::stages::solver::{ASLEEP, Nap, WATCHED};
 use crate::world::World;
 
@@ -132,7 +133,7 @@ pub(super) struct Rest {
     further: u32,
     fields: Vec<Field>,
     colliders: Vec<Collider>,
-    /// Largest gravity of a body [m/s²].
+    /// Largest gravity of a body, and what fields add to it at the most [m/s²].
     weight: f32,
 }
 
@@ -160,7 +161,9 @@ impl Rest {
             further: 0,
             fields: world.fields.clone(),
             colliders: world.colliders.clone(),
-            weight: world.bodies.iter().map(|b| size(b.gravity.unwrap_or(world.gravity))).fold(0.0, f32::max),
+            weight: world.bodies.iter().map(|b| size(b.gravity.unwrap_or(world.gravity))).fold(0.0, f32::max)
+                + world.fields.iter().map(|f| cap::push(f, world) + cap::wind_drag(f) * cap::wind(f)).sum::<f64>()
+                    as f32,
         }
     }
 
