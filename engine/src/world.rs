@@ -240,6 +240,7 @@ pub fn recycle(object: &Object, seed: u64, index: u32) -> Option<kernels::Return
         source_min: vec4(to.min),
         source_max: vec4(to.max),
         velocity: vec4(object.velocity),
+        gravity: [0.0; 4], // whoever uploads it knows
     })
 }
 

@@ -91,13 +91,20 @@ const EFFECTS: [(&str, &str, &str, &str); 27] = [
 ];
 
 /// The same for steps and energies.
-const GUARD: [(&str, &str, &str, &str); 6] = [
+const GUARD: [(&str, &str, &str, &str); 13] = [
     ("mpm/clock", "lib/tick", "LEAST_STEP * clock.frame_length", "0.0"),
     ("mpm/clock", "lib/tick", "clock.stalled = 1u;", ""),
     ("mpm/measure", "mpm/measure", "only.body == EVERY || ", ""),
     ("mpm/measure", "mpm/measure", "dot(body.gravity, p.x)", "body.gravity.z * p.x.z"),
     ("mpm/measure", "mpm/measure", "dot(p.c1.xyz, p.c1.xyz)", "dot(p.c0.xyz, p.c1.xyz)"),
     ("mpm/g2p", "mpm/g2p", "&& volume <= dot(last[0], cross(last[1], last[2]))", ""),
+    ("mpm/grid", "lib/work", "select(0u, 1u, was + low < was)", "0u"),
+    ("mpm/grid", "lib/work", "was < low", "was > low"),
+    ("mpm/grid", "lib/work", "if (clock.dt == 0.0) { return; }", ""),
+    ("mpm/grid_rows", "mpm/grid_rows", "v3, n3.w, time", "v3, n2.w, time"),
+    ("mpm/receive", "lib/node", "dot(after - v,", "dot(after,"),
+    ("source/recycle", "source/recycle", "count_work(-moved.w * before)", "count_work(moved.w * before)"),
+    ("source/recycle", "source/recycle", "- dot(gravity, to) - before", "- before"),
 ];
 
 /// The same for drawing.
@@ -210,7 +217,7 @@ const MATTER: [(&str, &str, &str, &str); 18] = [
     ("lagrangian/press", "lagrangian/press", "gz[k] * wy[j] * dot", "gz[k] * wy[k] * dot"),
     ("mpm/receive", "mpm/receive", "if (lane == 0u) { forget(slot, list.d[slot]); }", ""),
     ("mpm/receive", "mpm/receive", "gifts.d[3u * at + a] = 0;", ""),
-    ("mpm/receive", "mpm/receive", "CONTACT * grid.dx", "0.5 * grid.dx"),
+    ("mpm/receive", "lib/node", "time, CONTACT * grid.dx)", "time, 0.5 * grid.dx)"),
     ("mpm/receive", "mpm/receive", "node(v, was.w, dt)", "vec4f(v, was.w)"),
     ("mpm/grid", "mpm/grid", "FORGETS && ", ""),
 ];

@@ -21,8 +21,10 @@ const MACH: f64 = 1e-3;
 pub struct Budget {
     sources: Vec<Source>,
     colliders: Vec<Collider>,
-    /// Its particles start anew, with energy that nobody counts.
-    recycles: bool,
+    /// Largest speed of an obstacle within the domain [m/s].
+    swiftest: f64,
+    /// Of all bodies [kg].
+    mass: f64,
     /// Energy that counts as rest [J].
     floor: f64,
     /// Gain so far that nothing explains [J].
@@ -61,6 +63,18 @@ impl Source {
     }
 }
 
+/// Whether an obstacle ever moves.
+pub fn moves(c: &Collider) -> bool {
+    (c.velocity, c.spin) != ([0.0; 4], [0.0; 4])
+}
+
+/// Largest speed of an obstacle that spins within a domain, low and high corner [m/s].
+fn swiftest(c: &Collider, domain: ([f32; 3], [f32; 3])) -> f64 {
+    let size = |v: &[f32]| v.iter().map(|c| f64::from(c * c)).sum::<f64>().sqrt();
+    let across: [f32; 3] = std::array::from_fn(|a| domain.1[a] - domain.0[a]);
+    size(&c.velocity[..3]) + size(&c.spin[..3]) * size(&across)
+}
+
 impl Budget {
     /// What a world's fields can bring.
     pub fn new(world: &World) -> Self {
@@ -75,31 +89,37 @@ impl Budget {
         let slowest = f64::from(world.wave_speeds().0);
         Self {
             sources: world.fields.iter().enumerate().map(source).collect(),
+            swiftest: world.colliders.iter().map(|c| swiftest(c, world.domain)).fold(0.0, f64::max),
             colliders: world.colliders.clone(),
-            recycles: world.bodies.iter().any(|b| b.recycle.is_some()),
+            mass: all,
             floor: all * (FALL * pull * f64::from(world.dx) + 0.5 * (MACH * slowest).powi(2)),
             spent: 0.0,
         }
     }
 
-    /// Whether the frame of `length` seconds from `time` can be judged: obstacles in motion and particles that start anew
-    /// bring what is not counted.
-    pub fn judges(&self, time: f64, length: f64) -> bool {
+    /// Whether obstacles stand still in the frame of `length` seconds from `time`.
+    pub fn stands_still(&self, time: f64, length: f64) -> bool {
         let runs = |start: f32, end: f32| f64::from(start) < time + length && f64::from(end) > time;
-        let moves = |c: &Collider| (c.velocity, c.spin) != ([0.0; 4], [0.0; 4]) && runs(c.start, c.end);
-        !self.recycles && !self.colliders.iter().any(moves)
+        !self.colliders.iter().any(|c| moves(c) && runs(c.start, c.end))
     }
 
-    /// Whether a frame may end so: it began with `before` and ends with `after`, sums over all bodies. One that may is
-    /// remembered.
-    pub fn allows(&mut self, before: &Measure, after: &Measure, time: f64, length: f64) -> bool {
+    /// What one step of a count of work stands for [J], before a frame that begins with `before`: a part in 2³⁶ of what
+    /// there is and of what the swiftest obstacle can make of it, so that f32 and 63 bits hold whatever may come.
+    pub fn unit(&self, before: &Measure) -> f32 {
+        let most = before.energy() + self.floor + 0.5 * self.mass * self.swiftest.powi(2);
+        (most / f64::from(1 << 18).powi(2)).max(f64::from(f32::MIN_POSITIVE)) as f32
+    }
+
+    /// Whether a frame may end so: it began with `before` and ends with `after`, sums over all bodies, and `work` [J] came
+    /// in from obstacles and with what started anew. One that may is remembered.
+    pub fn allows(&mut self, before: &Measure, after: &Measure, work: f64, time: f64, length: f64) -> bool {
         let (mut root, mut power) = (0.0, 0.0);
         for s in self.sources.iter().filter(|s| s.start < time + length && s.end > time) {
             (root, power) = (root + s.root, power + s.power);
         }
         let (x0, x1) = (before.energy(), after.energy());
         let fallen = before.potential - after.potential;
-        let most = ((x0 + fallen + power * length).max(0.0).sqrt() + root * length).powi(2);
+        let most = ((x0 + fallen + work + power * length).max(0.0).sqrt() + root * length).powi(2);
         let spent = (self.spent + x1 - most).max(0.0);
         let fits = spent <= SHARE * x1.min(most) + self.floor;
         if fits {
@@ -115,7 +135,7 @@ mod tests {
 
     fn budget(fields: &[Field]) -> Budget {
         let sources = fields.iter().map(|f| Source::new(f, 2.0, 1.0)).collect();
-        Budget { sources, colliders: vec![], recycles: false, floor: 1e-6, spent: 0.0 }
+        Budget { sources, colliders: vec![], swiftest: 0.0, mass: 2.0, floor: 1e-6, spent: 0.0 }
     }
 
     fn of(kinetic: f64, potential: f64) -> Measure {
@@ -124,8 +144,8 @@ mod tests {
 
     #[test]
     fn a_fall_pays_for_itself() {
-        assert!(budget(&[]).allows(&of(1.0, 5.0), &of(3.0, 3.0), 0.0, 0.1));
-        assert!(!budget(&[]).allows(&of(1.0, 5.0), &of(3.0, 4.0), 0.0, 0.1));
+        assert!(budget(&[]).allows(&of(1.0, 5.0), &of(3.0, 3.0), 0.0, 0.0, 0.1));
+        assert!(!budget(&[]).allows(&of(1.0, 5.0), &of(3.0, 4.0), 0.0, 0.0, 0.1));
     }
 
     /// 2 kg at 4 m/s, pushed at 3 m/s² for 0.5 s, end at 5.5 m/s; the same push is over in the next second.
@@ -133,36 +153,45 @@ mod tests {
     fn a_push_brings_what_it_can() {
         let push = Field { kind: field::UNIFORM, end: 0.5, a: [0.0, 3.0, 0.0, 0.0], ..Default::default() };
         let (before, after) = (of(16.0, 0.0), of(5.5f64.powi(2), 0.0));
-        assert!(budget(&[push]).allows(&before, &after, 0.0, 0.5));
-        assert!(!budget(&[push]).allows(&before, &of(1.2 * after.kinetic, 0.0), 0.0, 0.5));
-        assert!(!budget(&[push]).allows(&before, &after, 1.0, 0.5));
+        assert!(budget(&[push]).allows(&before, &after, 0.0, 0.0, 0.5));
+        assert!(!budget(&[push]).allows(&before, &of(1.2 * after.kinetic, 0.0), 0.0, 0.0, 0.5));
+        assert!(!budget(&[push]).allows(&before, &after, 0.0, 1.0, 0.5));
     }
 
     /// The root of the energy grows fastest where drag meets half the air's speed: k m w²/4 of power.
     #[test]
     fn wind_brings_what_it_can() {
         let wind = Field { kind: field::WIND, end: 9.0, p0: 2.0, a: [4.0, 0.0, 0.0, 0.0], ..Default::default() };
-        let slowly = |kinetic| budget(&[wind]).allows(&of(4.0, 0.0), &of(kinetic, 0.0), 0.0, 0.01);
+        let slowly = |kinetic| budget(&[wind]).allows(&of(4.0, 0.0), &of(kinetic, 0.0), 0.0, 0.0, 0.01);
         assert!(slowly(4.16) && !slowly(5.0));
     }
 
     #[test]
     fn small_gains_add_up() {
         let mut budget = budget(&[]);
-        let grown: Vec<bool> =
-            (0..4).map(|i| budget.allows(&of(1.04f64.powi(i), 0.0), &of(1.04f64.powi(i + 1), 0.0), 0.0, 0.1)).collect();
+        let grown: Vec<bool> = (0..4)
+            .map(|i| budget.allows(&of(1.04f64.powi(i), 0.0), &of(1.04f64.powi(i + 1), 0.0), 0.0, 0.0, 0.1))
+            .collect();
         assert_eq!(grown, [true, true, false, false]);
         // What swings back and forth does not.
         let mut budget = super::tests::budget(&[]);
-        assert!((0..20).all(|_| budget.allows(&of(1.0, 0.0), &of(1.06, 0.0), 0.0, 0.1)
-            && budget.allows(&of(1.06, 0.0), &of(1.0, 0.0), 0.0, 0.1)));
+        assert!((0..20).all(|_| budget.allows(&of(1.0, 0.0), &of(1.06, 0.0), 0.0, 0.0, 0.1)
+            && budget.allows(&of(1.06, 0.0), &of(1.0, 0.0), 0.0, 0.0, 0.1)));
+    }
+
+    /// A piston gives 3 J: they are no fault, and without the count they are one.
+    #[test]
+    fn work_pays_for_itself() {
+        let (before, after) = (of(1.0, 0.0), of(4.0, 0.0));
+        assert!(budget(&[]).allows(&before, &after, 3.0, 0.0, 0.1));
+        assert!(!budget(&[]).allows(&before, &after, 0.0, 0.0, 0.1));
+        assert!(!budget(&[]).allows(&before, &before, -0.5, 0.0, 0.1));
     }
 
     #[test]
-    fn what_moves_obstacles_is_not_judged() {
+    fn obstacles_stand_still_outside_their_time() {
         let wall = Collider { end: 1.0, velocity: [1.0, 0.0, 0.0, 0.0], ..Default::default() };
         let moved = Budget { colliders: vec![wall], ..budget(&[]) };
-        assert!(!moved.judges(0.9, 0.2) && moved.judges(1.0, 0.2) && budget(&[]).judges(0.0, 1.0));
-        assert!(!Budget { recycles: true, ..budget(&[]) }.judges(0.0, 1.0));
+        assert!(!moved.stands_still(0.9, 0.2) && moved.stands_still(1.0, 0.2) && budget(&[]).stands_still(0.0, 1.0));
     }
 }

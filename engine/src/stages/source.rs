@@ -6,7 +6,7 @@ use physvideo_gpu::kernels::{Clock, Deformation, Particle, Return, Tally, source
 use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Recording};
 
 use super::cells::PARTICLE_GROUPS;
-use crate::world::World;
+use crate::world::{Body, World, vec4};
 
 /// What recycles the particles of a world.
 #[derive(Debug)]
@@ -25,7 +25,11 @@ impl Recycling {
         if world.bodies.iter().all(|b| b.recycle.is_none()) {
             return Ok(None);
         }
-        let returns: Vec<Return> = world.bodies.iter().map(|b| b.recycle.unwrap_or(Return::zeroed())).collect();
+        let each = |b: &Body| Return {
+            gravity: vec4(b.gravity.unwrap_or(world.gravity)),
+            ..b.recycle.unwrap_or(Return::zeroed())
+        };
+        let returns: Vec<Return> = world.bodies.iter().map(each).collect();
         let turns = vec![0; world.bodies.iter().map(|b| b.positions.len()).sum()];
         Ok(Some(Self {
             returns: gpu.upload("run", "source/returns", &returns)?,

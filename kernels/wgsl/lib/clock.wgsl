@@ -31,4 +31,7 @@ struct Clock {
     starts: array<u32, 8>,  // and where they begin in the list of those that are worked on
     stir: f32,            // [m/s] speed beside what is asleep that ends the attempt
     stirred: atomic<u32>, // particles there that were faster
+    work_unit: f32,       // [J] what one step of the next two stands for
+    work_low: atomic<u32>,    // energy that moving obstacles and new starts have brought in this frame: a whole number of 64
+    work_high: atomic<u32>,   // bits in two's complement
 }

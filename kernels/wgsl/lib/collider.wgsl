@@ -47,6 +47,12 @@ fn gap(c: Collider, x: vec3f, t: f32) -> f32 {
     return least;
 }
 
+// Velocity of collider c at x at time t [m/s].
+fn obstacle_velocity(c: Collider, x: vec3f, t: f32) -> vec3f {
+    let r = x - (c.center.xyz + c.velocity.xyz * (clamp(t, c.start, c.end) - c.start));
+    return select(vec3f(0.0), c.velocity.xyz + cross(c.spin.xyz, r), t >= c.start && t < c.end);
+}
+
 // Velocity v at node x, nearer to collider c than `reach` or inside it, after contact with it at time t.
 fn collide(c: Collider, x: vec3f, v: vec3f, t: f32, reach: f32) -> vec3f {
     let moving = clamp(t, c.start, c.end) - c.start;
@@ -54,8 +60,7 @@ fn collide(c: Collider, x: vec3f, v: vec3f, t: f32, reach: f32) -> vec3f {
     let rate = length(c.spin.xyz);
     let axis = select(vec3f(0.0, 0.0, 1.0), c.spin.xyz / max(rate, 1e-20), rate > 0.0);
     let own = rotate(r, axis, -rate * moving);
-    let running = t >= c.start && t < c.end;
-    let body = select(vec3f(0.0), c.velocity.xyz + cross(c.spin.xyz, r), running);
+    let body = obstacle_velocity(c, x, t);
     var relative = v - body;
     var met = false;
     for (var side = 0u; side < sides(c); side++) {

@@ -1,4 +1,4 @@
-//! use lib/texel lib/grid lib/clock lib/collider lib/particle
+//! use lib/texel lib/grid lib/clock lib/collider lib/particle lib/work
 // What happens at a node of the grid once its momentum and mass are summed.
 
 // Mass below which a node's slowing down is not counted [kg]: the gradient of a B-spline falls off slower than its
@@ -25,6 +25,14 @@ fn node_velocity(sum: vec4f) -> vec3f {
         return vec3f(0.0);
     }
     return v;
+}
+
+// Velocity v of a node at x with some mass after contact with obstacle c. In the obstacle's own frame contact takes
+// energy, so what it gives is no more than its impulse times its velocity.
+fn meet(c: Collider, x: vec3f, v: vec3f, mass: f32, time: f32) -> vec3f {
+    let after = collide(c, x, v, time, CONTACT * grid.dx);
+    if (COUNTS_WORK) { count_work(mass * dot(after - v, obstacle_velocity(c, x, time))); }
+    return after;
 }
 
 // What is kept of a node: its velocity after all it met, not more than what the step allows, and its mass.

@@ -49,7 +49,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     let x = low + vec3f(l) * grid.dx;
     var v = node_velocity(sum);
     for (var left = atomicLoad(&near); left != 0u; left &= left - 1u) {
-        v = collide(load_collider(firstTrailingBit(left)), x, v, time, CONTACT * grid.dx);
+        v = meet(load_collider(firstTrailingBit(left)), x, v, sum.w, time);
     }
     nodes.d[slot * 64u + lane] = node(v, sum.w, dt);
 }

@@ -77,17 +77,16 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     }
     let x = low + vec3f(0.0, f32(y), f32(z)) * grid.dx;
     let dx = vec3f(grid.dx, 0.0, 0.0);
-    let reach = CONTACT * grid.dx;
     var v0 = node_velocity(n0);
     var v1 = node_velocity(n1);
     var v2 = node_velocity(n2);
     var v3 = node_velocity(n3);
     for (var left = atomicLoad(&near); left != 0u; left &= left - 1u) {
         let c = load_collider(firstTrailingBit(left));
-        v0 = collide(c, x, v0, time, reach);
-        v1 = collide(c, x + dx, v1, time, reach);
-        v2 = collide(c, x + 2.0 * dx, v2, time, reach);
-        v3 = collide(c, x + 3.0 * dx, v3, time, reach);
+        v0 = meet(c, x, v0, n0.w, time);
+        v1 = meet(c, x + dx, v1, n1.w, time);
+        v2 = meet(c, x + 2.0 * dx, v2, n2.w, time);
+        v3 = meet(c, x + 3.0 * dx, v3, n3.w, time);
     }
     let to = slot * 64u + lane * 4u;
     nodes.d[to] = node(v0, n0.w, dt);

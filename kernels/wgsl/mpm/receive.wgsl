@@ -39,7 +39,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     let x = low + vec3f(f32(lane & 3u), f32((lane >> 2u) & 3u), f32(lane >> 4u)) * grid.dx;
     var v = was.xyz + select(vec3f(0.0), vec3f(given) * (UNIT / max(was.w, 1e-30)), pushed);
     for (var left = select(0u, atomicLoad(&near), pushed); left != 0u; left &= left - 1u) {
-        v = collide(load_collider(firstTrailingBit(left)), x, v, time, CONTACT * grid.dx);
+        v = meet(load_collider(firstTrailingBit(left)), x, v, was.w, time);
     }
     if (pushed) { nodes.d[at] = node(v, was.w, dt); }
     for (var a = 0u; a < 3u; a++) { gifts.d[3u * at + a] = 0; }

@@ -13,6 +13,7 @@ pub mod mpm;
 pub mod points;
 pub mod source;
 pub mod sph;
+pub mod work;
 
 pub use call::{Buffers, Call};
 pub use compare::{Compared, Report};

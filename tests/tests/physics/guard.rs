@@ -4,8 +4,11 @@
 use physvideo::scene::Material;
 use physvideo::stages::solver::FrameStats;
 use physvideo::world::{World, ground};
-use physvideo_gpu::kernels::Field;
-use physvideo_gpu::kernels::family::field::WIND;
+use physvideo_gpu::kernels::family::{
+    field::WIND,
+    shape::{BALL, BOX},
+};
+use physvideo_gpu::kernels::{Collider, Field, Return};
 use physvideo_tests::device::gpu;
 use physvideo_tests::problems::setup::{Lattice, solver, world};
 use physvideo_tests::stress::{self, MATERIALS};
@@ -100,6 +103,61 @@ fn nothing_but_the_energy_tells_of_a_gain() {
     let frames = breathe(|w| w.force_dt = Some(step as f32));
     let noticed = frames.iter().position(|f| faults(&[f.1]) > 0).unwrap_or(frames.len());
     assert!(frames[..noticed].iter().any(|f| f.0 > 3.0), "{frames:?}");
+}
+
+/// What moves and starts anew is judged too: an obstacle that meets nothing and a return that nothing reaches do not keep
+/// the guard from seeing a gain.
+#[test]
+fn a_gain_is_seen_beside_moving_obstacles_and_returns() {
+    let seen = |change: &dyn Fn(&mut World)| -> (u32, f64) {
+        let frames = breathe(|w| {
+            w.courant = 1.6;
+            change(w);
+        });
+        (frames.iter().map(|f| f.1.gained).sum(), frames.iter().map(|f| f.0).fold(0.0, f64::max))
+    };
+    let far = [0.0, 0.0, -0.9, 0.0];
+    let (gained, most) =
+        seen(&|w| w.colliders = vec![Collider { center: far, velocity: [0.1, 0.0, 0.0, 0.0], ..ball(0.05) }]);
+    assert!(gained > 0 && most < 1.1, "{gained} attempts taken back, {most} of the energy");
+    let returns = Return { region: 1, region_min: [0.9; 4], region_max: [1.0; 4], solid: 1.0, ..Default::default() };
+    let (gained, most) = seen(&|w| w.bodies[0].recycle = Some(returns));
+    assert!(gained > 0 && most < 1.1, "{gained} attempts taken back, {most} of the energy");
+}
+
+fn ball(radius: f32) -> Collider {
+    Collider { shape: BALL, end: 1e9, size: [radius, 0.0, 0.0, 0.0], ..Default::default() }
+}
+
+/// A paddle of 12 cm that turns at 20 rad/s through what lies on the ground, and a fast ball that comes from the side,
+/// bring many times the energy at hand, and none of the frames is repeated for it.
+#[test]
+fn what_obstacles_give_is_no_gain() {
+    let gpu = gpu();
+    for name in MATERIALS {
+        let mut setup = stress::step::drop(stress::material_of(name), 1000.0, 0.5);
+        let paddle = Collider {
+            shape: BOX,
+            size: [0.12, 0.03, 0.12, 0.0],
+            center: [0.125, 0.125, 0.1, 0.0],
+            spin: [0.0, 0.0, 20.0, 0.0],
+            friction: 0.3,
+            start: 0.1,
+            ..ball(0.0)
+        };
+        let fast = Collider { center: [-0.3, 0.125, 0.15, 0.0], velocity: [4.0, 0.0, 0.0, 0.0], ..ball(0.08) };
+        // The liquid lets a paddle begin inside it; what has a shape would be torn, and meets the ball alone.
+        setup.world.colliders.push(if name == "liquid" || name == "sand" { paddle } else { fast });
+        let mut mpm = solver(&gpu, &setup.world, "updated_lagrangian").unwrap();
+        let begun = mpm.measure(0).unwrap().kinetic;
+        let mut most: f64 = 0.0;
+        for frame in 0..12 {
+            let stats = mpm.frame(0.02).unwrap();
+            assert_eq!((stats.rejected, stats.gained, faults(&[stats])), (0, 0, 0), "{name}, frame {frame}: {stats:?}");
+            most = most.max(mpm.measure(0).unwrap().kinetic);
+        }
+        assert!(most > 4.0 * begun, "{name}: {most} J, {begun} J at the start: this test tests nothing");
+    }
 }
 
 /// Falls, splashes and slides as they should be lose energy, and none of their frames is repeated.

@@ -8,7 +8,6 @@ use physvideo_gpu::{GpuError, Recording};
 use super::start::Room;
 use super::{EVERY, Mpm};
 use crate::stages::cells::Cells;
-#[cfg(doc)]
 use crate::stages::energy::Budget;
 use crate::stages::solver::{Fastest, FrameStats};
 
@@ -18,6 +17,12 @@ const MOST_REJECTED: u32 = 3;
 /// an axis is at most 6, so volume changes need dt < 2 dx / sqrt(18 K/ρ), a Courant number of 0.587 at ν = 0.32; 0.75
 /// comes below that at once.
 const SMALLER: f32 = 0.78;
+
+/// Energy that came in from obstacles and with what started anew, as the device has counted it [J].
+fn work(clock: &Clock) -> f64 {
+    let units = (u64::from(clock.work_high) << 32 | u64::from(clock.work_low)) as i64;
+    units as f64 * f64::from(clock.work_unit)
+}
 
 impl Mpm<'_> {
     fn stopped(&self) -> bool {
@@ -103,8 +108,11 @@ impl Mpm<'_> {
         self.guest.iter().for_each(|g| g.solver.record_back(&mut back));
         let began = self.courant;
         let span = (self.time, f64::from(length));
-        let judged = self.budget.as_ref().is_some_and(|b| b.judges(span.0, span.1) && self.tells_all());
-        let before = if judged { Some(self.sums_over(EVERY)?) } else { None };
+        let judges = |b: &Budget| self.guest.is_none() || self.tells_all() && b.stands_still(span.0, span.1);
+        let before = if self.budget.as_ref().is_some_and(judges) { Some(self.sums_over(EVERY)?) } else { None };
+        if let (Some(sums), Some(budget)) = (&before, &self.budget) {
+            self.work_unit = budget.unit(sums);
+        }
         loop {
             let again = stats.rejected < MOST_REJECTED;
             let watch = self.guarded && again;
@@ -137,7 +145,7 @@ impl Mpm<'_> {
             let gained = match &before {
                 Some(before) if !bad => {
                     let after = self.sums_over(EVERY)?;
-                    self.budget.as_mut().is_some_and(|b| !b.allows(before, &after, span.0, span.1))
+                    self.budget.as_mut().is_some_and(|b| !b.allows(before, &after, work(&clock), span.0, span.1))
                 }
                 _ => false,
             };

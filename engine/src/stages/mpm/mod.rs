@@ -94,6 +94,8 @@ pub struct Mpm<'gpu> {
     guarded: bool,
     /// What a frame's energy is held against; absent where steps are forced, and once shorter ones did not help.
     budget: Option<Budget>,
+    /// What one step of the count of work stands for [J].
+    work_unit: f32,
     /// Largest |v| + c of a particle [m/s].
     speed: f32,
     dx: f32,
@@ -188,6 +190,7 @@ impl<'gpu> Mpm<'gpu> {
             stop: None,
             guarded: world.force_dt.is_none(),
             budget: world.force_dt.is_none().then(|| Budget::new(world)),
+            work_unit: 1.0,
             waves: world.bodies.iter().map(|b| b.step_speed(world.dx)).collect(),
             speed: speed.sqrt() + world.wave_speeds().1,
             dx: world.dx,
@@ -292,6 +295,7 @@ impl<'gpu> Mpm<'gpu> {
             particle_groups: [self.listed.len().div_ceil(64) as u32, 1, 1],
             runs: self.run_groups(),
             starts: self.stretches.map(|s| s.start),
+            work_unit: self.work_unit,
             stir: rest::STIR * self.dx / length,
             ..Default::default()
         };

@@ -7,6 +7,7 @@ use physvideo_gpu::kernels::{self, Deformation, Member, Particle};
 use super::{FLOWS, Method, P2g, PINNED};
 use crate::scene::Material;
 use crate::stages::cells;
+use crate::stages::energy::moves;
 use crate::world::{Body, World};
 
 /// What there is room for.
@@ -69,7 +70,11 @@ pub(super) fn for_bodies(world: &World, bodies: &[Body], method: Method) -> Cons
     let lightest = world.bodies.iter().map(|b| b.density * b.particle_volume).fold(f32::MAX, f32::min);
     let start = Constants::none()
         .with("TRUE_GRADIENT", flag(method.true_gradient))
-        .with("SPARSE", f64::from(SPARSE * lightest));
+        .with("SPARSE", f64::from(SPARSE * lightest))
+        .with(
+            "COUNTS_WORK",
+            flag(world.bodies.iter().any(|b| b.recycle.is_some()) || world.colliders.iter().any(moves)),
+        );
     kernels::MEMBERS.iter().fold(start, |all, member| all.with(member.flag, flag(uses(&member))))
 }
 

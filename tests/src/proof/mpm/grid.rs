@@ -3,11 +3,12 @@
 
 use std::collections::HashMap;
 
-use physvideo_gpu::kernels::{Clock, Colliders, Counts, Grid};
+use physvideo_gpu::kernels::{Clock, Collider, Colliders, Counts, Grid};
 
 use super::{Vec3, obstacle, vec3};
 use crate::proof::cloud::{Cloud, grid};
 use crate::proof::lattice::{Lattice, TILE, coordinates};
+use crate::proof::work::{Work, begun};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 use crate::random::Random;
 
@@ -42,10 +43,13 @@ pub(super) fn frame(ask: Ask) -> (Call, Lattice) {
     if ask.seed % 2 == 1 {
         colliders.count = 0;
     }
-    let clock = Clock { frame_start: 0.5, t: 0.2, dt: 0.0125, clamped_velocity: 5, ..Default::default() };
+    let dt = if over(ask) { 0.0 } else { 0.0125 };
+    let clock = begun(Clock { frame_start: 0.5, t: 0.2, dt, clamped_velocity: 5, ..Default::default() });
     let call = Call::new(slots + 2)
         .constant("FORGETS", if keeps(ask) { 0.0 } else { 1.0 })
         .with("keeps", &[u32::from(keeps(ask))])
+        .constant("COUNTS_WORK", if works(ask) { 1.0 } else { 0.0 })
+        .with("works", &[u32::from(works(ask) && !over(ask))])
         .with("links", &sorted.links)
         .with("list", &sorted.list)
         .with("table", &sorted.table)
@@ -61,6 +65,22 @@ pub(super) fn frame(ask: Ask) -> (Call, Lattice) {
 /// Whether another call forgets the claims.
 fn keeps(ask: Ask) -> bool {
     ask.seed % 4 == 3
+}
+
+/// Whether the work of obstacles is counted.
+fn works(ask: Ask) -> bool {
+    ask.seed % 3 != 1
+}
+
+/// Whether the frame is done, and nothing is to be counted.
+fn over(ask: Ask) -> bool {
+    ask.seed % 4 == 2
+}
+
+/// What obstacles give to a node whose velocity they change from one to another.
+pub(super) fn work(c: &Collider, x: Vec3, time: f64, mass: f64, change: (Vec3, Vec3)) -> (f64, f64) {
+    let own = obstacle::velocity(c, x, time);
+    (mass * (change.1 - change.0).dot(&own), mass * (change.0.norm() + change.1.norm()) * own.norm())
 }
 
 /// Whether the sort finds what it starts with.
@@ -128,7 +148,7 @@ pub(super) fn compare_nodes(call: &Call, out: &Buffers, sums: &Sums) -> Vec<Comp
     let got: Vec<[f32; 4]> = out.get("nodes");
     let (mut speeds, mut want, mut scale) = (Vec::new(), Vec::new(), Vec::new());
     let (mut masses, mut mass_got, mut sound) = (Vec::new(), Vec::new(), true);
-    let (mut clamps, mut doubtful) = (0u32, 0);
+    let (mut clamps, mut doubtful, mut done) = (0u32, 0, Work::default());
     for (at, node) in got.iter().enumerate() {
         let block = coordinates(&grid, list[at / 64]);
         let local = [at % 4, at / 4 % 4, at / 16 % 4];
@@ -140,6 +160,7 @@ pub(super) fn compare_nodes(call: &Call, out: &Buffers, sums: &Sums) -> Vec<Comp
             // A sum that is not finite is no velocity; one out of all proportion may overflow on its way.
             sound &= node[..3].iter().all(|c| c.is_finite()) && vec3(node).norm() * dt <= 0.9001 * dx;
             clamps += u32::from(m > 0.0);
+            done.doubt = f64::INFINITY;
             continue;
         }
         let mut v = Vec3::zeros();
@@ -150,6 +171,8 @@ pub(super) fn compare_nodes(call: &Call, out: &Buffers, sums: &Sums) -> Vec<Comp
             let x = vec3(&grid.origin) + Vec3::new(place[0] as f64, place[1] as f64, place[2] as f64) * dx;
             for c in &colliders.d[..colliders.count as usize] {
                 let (after, clear) = obstacle::contact(c, x, v, time, 0.8 * dx);
+                let (joules, size) = work(c, x, time, m, (v, after));
+                done.add(joules, size, clear.min(margin) >= MARGIN);
                 (v, margin) = (after, margin.min(clear));
                 met = met.max(v.norm());
             }
@@ -174,6 +197,7 @@ pub(super) fn compare_nodes(call: &Call, out: &Buffers, sums: &Sums) -> Vec<Comp
     vec![
         Compared::near("mass", mass_got, masses, most),
         Compared::close("velocity", speeds, want, scale),
+        done.compare(&clock, &now, input.one::<u32>("works") == 1, CASE.tolerance),
         Compared::fact("few nodes are in doubt", doubtful * 50 <= got.len()),
         Compared::fact("clamps are counted", counted.abs_diff(clamps) as usize <= doubtful),
         Compared::fact("nodes that are not finite stand still or are slowed", sound),

@@ -5,16 +5,22 @@ use physvideo_gpu::kernels::{Collider, Colliders};
 
 use super::{Vec3, vec3};
 
+/// Velocity of an obstacle at x.
+pub fn velocity(c: &Collider, x: Vec3, t: f64) -> Vec3 {
+    let (start, end) = (f64::from(c.start), f64::from(c.end));
+    let r = x - (vec3(&c.center) + vec3(&c.velocity) * (t.clamp(start, end) - start));
+    if t >= start && t < end { vec3(&c.velocity) + vec3(&c.spin).cross(&r) } else { Vec3::zeros() }
+}
+
 /// Velocity after contact with what is nearer than `reach`, and how close any decision on the way was to going the
 /// other way [m or m/s].
 pub fn contact(c: &Collider, x: Vec3, v: Vec3, t: f64, reach: f64) -> (Vec3, f64) {
     let (start, end) = (f64::from(c.start), f64::from(c.end));
     let moved = t.clamp(start, end) - start;
-    let (drift, spin) = (vec3(&c.velocity), vec3(&c.spin));
+    let (drift, spin, body) = (vec3(&c.velocity), vec3(&c.spin), velocity(c, x, t));
     let turn = Unit::try_new(spin, 0.0)
         .map_or_else(Rotation3::identity, |axis| Rotation3::from_axis_angle(&axis, spin.norm() * moved));
     let r = x - (vec3(&c.center) + drift * moved);
-    let body = if t >= start && t < end { drift + spin.cross(&r) } else { Vec3::zeros() };
     let (mut v, mut clear) = (v, f64::INFINITY);
     for (distance, normal, tie) in shape(c.shape, vec3(&c.size), turn.inverse() * r) {
         clear = clear.min((distance - reach).abs());

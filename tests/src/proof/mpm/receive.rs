@@ -5,6 +5,7 @@ use physvideo_gpu::kernels::{Clock, Colliders, Counts, Grid};
 
 use super::{Vec3, grid, obstacle, vec3};
 use crate::proof::lattice::coordinates;
+use crate::proof::work::Work;
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 use crate::random::Random;
 
@@ -45,7 +46,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let (dx, dt) = (f64::from(grid.dx), f64::from(clock.dt));
     let time = f64::from(clock.frame_start) + f64::from(clock.t) + dt;
     let (mut got, mut want, mut scale) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut kept, mut doubtful) = (true, 0);
+    let (mut kept, mut doubtful, mut done) = (true, 0, Work::default());
     for (at, node) in now.iter().enumerate() {
         let (m, given) = (f64::from(was[at][3]), &gifts[3 * at..3 * at + 3]);
         if given == [0; 3] || m == 0.0 {
@@ -60,6 +61,8 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         let (mut margin, mut met) = (f64::INFINITY, v.norm() + vec3(&was[at]).norm());
         for c in &colliders.d[..colliders.count as usize] {
             let (after, clear) = obstacle::contact(c, x, v, time, 0.8 * dx);
+            let (joules, size) = grid::work(c, x, time, m, (v, after));
+            done.add(joules, size, clear.min(margin) >= grid::MARGIN);
             (v, margin) = (after, margin.min(clear));
             met = met.max(v.norm());
         }
@@ -80,6 +83,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let none = |ok: bool| ok || list.is_empty();
     vec![
         Compared::close("velocity and mass", got, want, scale),
+        done.compare(&clock, &out.one("clock"), input.one::<u32>("works") == 1, CASE.tolerance),
         Compared::fact("who is given nothing keeps its velocity", kept),
         Compared::fact("few nodes are in doubt", doubtful * 50 <= now.len()),
         Compared::fact("gifts are forgotten", out.get::<i32>("gifts").iter().all(|n| *n == 0)),

@@ -5,6 +5,7 @@ use physvideo_gpu::kernels::{Clock, Deformation, Particle, Return};
 use crate::proof::cloud::{Cloud, DORMANT, PINNED, QUARANTINED, body_count};
 use crate::proof::lattice::{awake, busy, idle};
 use crate::proof::mpm::{Vec3, vec3};
+use crate::proof::work::{Work, begun};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 
 pub static CASE: Case = Case {
@@ -33,6 +34,7 @@ fn returns() -> Vec<Return> {
         source_max: [0.5, 0.1 * i as f32, 0.4, 0.0],
         velocity: [0.5, -0.25, i as f32, 0.0],
         drains: u32::from(i == 4),
+        gravity: [0.0, 0.5, -9.81 + i as f32, 0.0],
     };
     (0..body_count()).map(each).collect()
 }
@@ -60,8 +62,12 @@ fn inputs(ask: Ask) -> Call {
     }
     let turns: Vec<u32> = (0..ask.items as u32).map(|i| i * 7 % 5).collect();
     let awake = awake(ask.items, ask.seed);
-    let clock = Clock { particles: ask.items as u32, idle: idle(&awake, ask.items), ..Default::default() };
+    let clock =
+        begun(Clock { dt: 1e-3, particles: ask.items as u32, idle: idle(&awake, ask.items), ..Default::default() });
+    let works = u32::from(ask.seed % 2 == 1);
     Call::new(awake.len().div_ceil(64))
+        .constant("COUNTS_WORK", f64::from(works))
+        .with("works", &[works])
         .with("awake", &awake)
         .with("particles", &cloud.particles)
         .with("deformations", &cloud.deformations)
@@ -77,6 +83,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let (before, after): (Vec<Particle>, Vec<Particle>) = (input.get("particles"), out.get("particles"));
     let (was, now): (Vec<Deformation>, Vec<Deformation>) = (input.get("deformations"), out.get("deformations"));
     let (turns, returns): (Vec<u32>, Vec<Return>) = (input.get("turns"), input.get("returns"));
+    let mut done = Work::default();
     let (mut kept, mut fresh, mut boxed, mut drained, mut total) = (true, true, true, true, 3);
     let busy = busy(&input.get::<u32>("awake"), before.len());
     let mut want_turns = turns.clone();
@@ -91,6 +98,11 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             continue;
         }
         total += 1;
+        let energy = |x: Vec3, v: Vec3| f64::from(p.m) * (0.5 * v.norm_squared() - vec3(&to.gravity).dot(&x));
+        let new = if to.drains != 0 { 0.0 } else { energy(vec3(&q.x), vec3(&q.v)) };
+        let gone = energy(vec3(&p.x), vec3(&p.v));
+        let size = f64::from(p.m) * (vec3(&p.v).norm_squared() + 10.0) + new.abs();
+        done.add(new - gone, size, size.is_finite() && size < 1e6);
         if to.drains != 0 {
             drained &= *q == Particle { tag: p.tag | DORMANT | QUARANTINED, ..*p } && now[i] == was[i];
             continue;
@@ -108,6 +120,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let mut compared = vec![
         Compared::fact("all others keep their bits", kept),
         Compared::fact("the state of the start", fresh),
+        done.compare(&input.one("clock"), &out.one("clock"), input.one::<u32>("works") == 1, 1e-6),
         Compared::fact("inside the source", boxed),
         Compared::fact("what drains is taken out, and only that", drained),
         Compared::equal("turns", &out.get::<u32>("turns"), &want_turns),
