@@ -8,6 +8,7 @@ use glam::Vec3;
 use physvideo_gpu::kernels::Camera;
 
 use crate::cap::{self, Capped};
+use crate::crossing;
 use crate::domain;
 use crate::elastic::{self, Choice};
 use crate::emission;
@@ -15,10 +16,11 @@ use crate::fluid::Fluid;
 use crate::geometry::{
     self, GeometryError, Lattice, MaskBody, Particles, PhotoData, Smoothing, SurfaceMap, TriangleMesh, WorldFromCamera,
 };
-use crate::limits::{Crowd, MOST_BODIES, refuse_wide};
+use crate::idle;
+use crate::limits::{Crowd, MOST_BODIES, refuse_short, refuse_wide};
 use crate::pins;
 use crate::plan::Plan;
-use crate::scene::{Depth, Kind, Material, Object, Problem, Scene, Source};
+use crate::scene::{Depth, Ground, Kind, Material, Object, Problem, Scene, Source};
 use crate::stages::view;
 use crate::world::{self, Body, World};
 
@@ -80,9 +82,6 @@ pub struct Assembled {
     pub wall_ms: Vec<(&'static str, f64)>,
 }
 
-/// Least substep as a share of a frame.
-const LEAST_STEP: f32 = 1e-6;
-
 /// Something in the scene that cannot be built, at a key.
 fn at(key: String, message: impl ToString) -> Problem {
     Problem::new(Kind::Conflict, key, message.to_string())
@@ -142,9 +141,9 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         ),
     };
     let mut colliders: Vec<_> = scene.colliders.iter().map(world::collider).collect();
+    let height = |g: &Ground| g.height.or(view.as_ref().and_then(|v| v.ground)).unwrap_or(0.0);
     if let Some(ground) = &scene.ground {
-        let height = ground.height.or(view.as_ref().and_then(|v| v.ground)).unwrap_or(0.0);
-        colliders.insert(0, world::ground(height, ground.friction));
+        colliders.insert(0, world::ground(height(ground), ground.friction));
     }
     if colliders.len() > 16 || scene.fields.len() > 16 {
         return Err(at("collider".into(), "at most 16 colliders (the ground counts) and 16 fields fit in a scene"));
@@ -171,22 +170,13 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         },
     };
     refuse_wide(domain, world.cell())?;
+    crossing::refuse(scene, &world, &object_of, scene.ground.as_ref().map(height))?;
     let capped = scene.simulation.stiffness_cap.map_or_else(Vec::new, |share| cap::apply(share, &mut world));
     notes.extend(capped.iter().map(Capped::line));
     let elastic = elastic::choose(scene.simulation.elastic, &world)?;
     notes.extend(elastic::undamped(&elastic, &mut world));
-    // Time is kept in f32: a step below its rounding would never reach the frame's end.
-    let (step, frame) = (world.step(), 1.0 / scene.output.fps);
-    if !world.bodies.is_empty() && step < frame * LEAST_STEP {
-        let key = if world.force_dt.is_some() { "simulation.force_dt" } else { "simulation" };
-        return Err(at(
-            key.into(),
-            format!(
-                "a substep of {step:e} s is too short for frames of {frame:e} s: at most a million fit. What is stiff, fast, \
-                 light or viscous shortens it, and so do fine grids, small Courant numbers and strong drag or damping"
-            ),
-        ));
-    }
+    notes.extend(idle::notes(scene, &world, &elastic));
+    refuse_short(&world, &object_of, 1.0 / scene.output.fps)?;
     Ok(Assembled { world, elastic, capped, colors, object_of, statics, view, camera, size, notes, wall_ms })
 }
 

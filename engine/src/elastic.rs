@@ -1,10 +1,9 @@
 //! Which solver moves the bodies of a world, and why: the reason is part of the plan. Opens no device.
 
-use std::collections::HashMap;
-
 use crate::accuracy;
 use crate::assemble::Assembled;
 use crate::cap::Expected;
+use crate::crossing::overlapping;
 use crate::scene::{Elastic, Kind, Pressure, Problem};
 use crate::stages::lagrangian;
 use crate::world::{Body, World};
@@ -146,28 +145,7 @@ fn mixed(asked: Elastic, world: &World) -> Option<Result<Choice, Problem>> {
 /// start.
 fn overlap(world: &World, counts: impl Fn(usize) -> bool) -> Option<String> {
     let name = |i: usize| &world.bodies[i].name;
-    overlapping(world, counts).map(|(a, b)| format!("'{}' and '{}' overlap", name(a), name(b)))
-}
-
-fn overlapping(world: &World, counts: impl Fn(usize) -> bool) -> Option<(usize, usize)> {
-    let reach = 0.25 * world.dx;
-    let cell = |x: &[f32; 3]| x.map(|c| (c / reach).floor() as i64);
-    let mut seen: HashMap<[i64; 3], Vec<(usize, [f32; 3])>> = HashMap::new();
-    for (i, body) in world.bodies.iter().enumerate() {
-        for x in &body.positions {
-            let at = cell(x);
-            let around = (0..27).map(|k| [at[0] + k % 3 - 1, at[1] + k / 3 % 3 - 1, at[2] + k / 9 - 1]);
-            let close = |(j, y): &&(usize, [f32; 3])| {
-                (counts(i) || counts(*j)) && (0..3).map(|a| (x[a] - y[a]).powi(2)).sum::<f32>() < reach * reach
-            };
-            // A body's own come later, so that all that is found is of others.
-            if let Some((other, _)) = around.filter_map(|c| seen.get(&c)).flatten().find(close) {
-                return Some((*other, i));
-            }
-        }
-        body.positions.iter().for_each(|x| seen.entry(cell(x)).or_default().push((i, *x)));
-    }
-    None
+    overlapping(&world.bodies, 0.25 * world.dx, counts).map(|(a, b)| format!("'{}' and '{}' overlap", name(a), name(b)))
 }
 
 impl Assembled {

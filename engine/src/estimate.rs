@@ -110,6 +110,9 @@ const LIGHT: f32 = 1e-6;
 
 /// What a user should know of the steps: that the paper's are not stable here, and what makes a stiff solid cheaper.
 pub fn step_notes(world: &World, fps: f32) -> Vec<String> {
+    if let Some(forced) = world.force_dt {
+        return vec![forced_note(forced, world.chosen_step())];
+    }
     if world.is_fluid() {
         return fluid::step_notes(world);
     }
@@ -120,7 +123,7 @@ pub fn step_notes(world: &World, fps: f32) -> Vec<String> {
     };
     let (speed, step) = (fastest.step_speed(world.dx), world.step());
     let limit = world.dx / speed;
-    if world.force_dt.is_none() && limit < PAPER_STEP {
+    if limit < PAPER_STEP {
         notes.push(format!(
             "steps of {PAPER_STEP:e} s as in the paper would be {:.1} times the limit of '{}'; {step:.1e} s are taken",
             PAPER_STEP / limit,
@@ -129,18 +132,16 @@ pub fn step_notes(world: &World, fps: f32) -> Vec<String> {
     }
     for body in &world.bodies {
         let damped = body.damping_cost(world.dx);
-        if damped > 1.2 && world.force_dt.is_none() {
+        if damped > 1.2 {
             notes.push(format!("`damping` of '{}' makes its steps {damped:.1} times as short", body.name));
         }
         let hardest = body.material.hardest();
-        if hardest > 1.0 && world.force_dt.is_none() {
+        if hardest > 1.0 {
             let times = hardest.sqrt();
             notes.push(format!("'{}' hardens as it packs: up to {times:.1} times as many substeps", body.name));
         }
     }
-    if let (Some(needed), Some(young)) = (Expected::of(world).modulus(fastest, SOFT), fastest.material.young())
-        && world.force_dt.is_none()
-    {
+    if let (Some(needed), Some(young)) = (Expected::of(world).modulus(fastest, SOFT), fastest.material.young()) {
         let share = needed / young;
         // Steps go with the root of the modulus.
         if (LIGHT..0.25).contains(&share) {
@@ -156,6 +157,13 @@ pub fn step_notes(world: &World, fps: f32) -> Vec<String> {
         }
     }
     notes
+}
+
+/// What a forced step is beside the one that would be chosen [s].
+fn forced_note(forced: f32, chosen: f32) -> String {
+    let times = forced / chosen;
+    let outlook = if times > 1.0 { "it may blow up, and is not taken back" } else { "it only takes longer" };
+    format!("steps of {forced:.1e} s are forced, {times:.1} times those chosen at the start: {outlook}")
 }
 
 #[cfg(test)]
@@ -200,6 +208,22 @@ mod tests {
         let notes = step_notes(&cube(8e4), 24.0);
         assert!(notes.len() == 1 && notes[0].contains("2.7 times the limit of 'apple'; 1.1e-4 s"), "{notes:?}");
         assert!(step_notes(&cube(8e3), 24.0).is_empty(), "c = 16.9 m/s is slow enough");
+    }
+
+    /// 1e-3 s for 1.1e-4.
+    #[test]
+    fn a_forced_step_is_told() {
+        let told = |dt| step_notes(&World { force_dt: Some(dt), ..cube(8e4) }, 24.0);
+        let [long] = &told(1e-3)[..] else { panic!("{:?}", told(1e-3)) };
+        assert_eq!(
+            long,
+            "steps of 1.0e-3 s are forced, 9.1 times those chosen at the start: it may blow up, and is not taken back"
+        );
+        assert!(
+            told(1e-5)[0].ends_with("0.1 times those chosen at the start: it only takes longer"),
+            "{:?}",
+            told(1e-5)
+        );
     }
 
     /// ζ = 1.1 β c/dx = 7.5 of the fastest vibration: 1/(ζ + sqrt(1 + ζ²)) of the step.

@@ -124,9 +124,6 @@ pub fn step(world: &World) -> f32 {
 
 /// What a user should know of the steps: how viscosity is found, and whose surface tension makes them so short.
 pub fn step_notes(world: &World) -> Vec<String> {
-    if world.force_dt.is_some() {
-        return Vec::new();
-    }
     let (step, scale) = (step(world), world.courant / 0.75);
     let limit = |b: &Body| capillary(b, world.fluid.particle_size, scale).filter(|limit| *limit <= step);
     let note = |b: &Body| Some(format!("surface tension of '{}' allows steps of {:.1e} s", b.name, limit(b)?));

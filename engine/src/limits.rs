@@ -3,6 +3,7 @@
 use physvideo_gpu::kernels::{Deformation, Particle};
 
 use crate::scene::{Kind, Material, Object, Problem};
+use crate::world::World;
 
 /// Bodies the tag of a particle can name.
 pub(crate) const MOST_BODIES: usize = 256;
@@ -59,4 +60,29 @@ impl Crowd {
         };
         Err(Problem::new(Kind::Memory, key, message).help(help))
     }
+}
+
+/// Least substep as a share of a frame.
+const LEAST_STEP: f32 = 1e-6;
+/// Where damping makes steps so many times as short, it is what is wrong with a step too short.
+const DEAR: f32 = 100.0;
+
+/// Refuses steps so short that a frame of `length` [s] would take more than a million: time is kept in f32, and one below
+/// its rounding would never reach the frame's end. `object_of` is the object of each body.
+pub(crate) fn refuse_short(world: &World, object_of: &[usize], length: f32) -> Result<(), Problem> {
+    let step = world.step();
+    if world.bodies.is_empty() || step >= length * LEAST_STEP {
+        return Ok(());
+    }
+    let damped = world.bodies.iter().position(|b| b.damping_cost(world.dx) > DEAR);
+    let key = match (world.force_dt, damped) {
+        (Some(_), _) => "simulation.force_dt".into(),
+        (None, Some(body)) => format!("object[{}].damping", object_of[body]),
+        (None, None) => "simulation".into(),
+    };
+    let message = format!(
+        "a substep of {step:e} s is too short for frames of {length:e} s: at most a million fit. What is stiff, fast, light \
+         or viscous shortens it, and so do fine grids, small Courant numbers and strong drag or damping"
+    );
+    Err(Problem::new(Kind::Conflict, key, message))
 }

@@ -98,12 +98,17 @@ impl World {
 
     /// Substep at the start [s].
     pub fn step(&self) -> f32 {
+        self.force_dt.unwrap_or_else(|| self.chosen_step())
+    }
+
+    /// The same if none is forced [s].
+    pub fn chosen_step(&self) -> f32 {
         if self.is_fluid() {
-            return self.force_dt.unwrap_or_else(|| fluid::step(self));
+            return fluid::step(self);
         }
         let waves = self.courant * self.dx / (self.wave_speeds().1 + self.start_speed());
         let longest = self.longest_step();
-        self.force_dt.unwrap_or(if longest > 0.0 { waves.min(longest) } else { waves })
+        if longest > 0.0 { waves.min(longest) } else { waves }
     }
 }
 

@@ -146,7 +146,7 @@ pub struct Ground {
     pub friction: f32,
 }
 
-pub(super) fn default_friction() -> f32 {
+pub(crate) fn default_friction() -> f32 {
     0.2
 }
 

@@ -202,6 +202,7 @@ impl Rules<'_> {
             let message = "only an object with a material that is not seen in the photograph can start anew";
             self.report(Kind::Conflict, key.clone(), message, "give it a material, or remove this key");
         }
+        self.reach(&format!("{key}.region"), object, recycle.region);
         if matches!(object.material, Some(Material::Sph { .. })) {
             return self.drain(&key, object, recycle);
         }
@@ -223,6 +224,21 @@ impl Rules<'_> {
         if !apart {
             let message = "the source reaches into the region, so particles would start anew for ever";
             self.report(Kind::Conflict, format!("{key}.to"), message, "move them apart");
+        }
+    }
+
+    /// What is fast must not pass a region between two substeps, in which nothing moves by more than a cell.
+    fn reach(&mut self, key: &str, object: &Object, region: FieldRegion) {
+        let set = &self.scene.simulation;
+        let fluid = matches!(object.material, Some(Material::Sph { .. }));
+        let cell = if fluid { set.particle_size } else { 1.0 / set.grid_density };
+        let thin = match region {
+            FieldRegion::Box { min, max } => (0..3).map(|a| max[a] - min[a]).fold(f32::MAX, f32::min),
+            FieldRegion::Ball { radius, .. } => 2.0 * radius,
+        };
+        if thin > 0.0 && thin < cell * (1.0 - 1e-4) {
+            let message = format!("{thin:.4} m thick: what is fast passes it between two substeps");
+            self.report(Kind::OutOfRange, key, message, format!("make it {cell} m thick or more"));
         }
     }
 

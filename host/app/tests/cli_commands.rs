@@ -74,6 +74,60 @@ fn a_plan_says_which_body_has_a_grid_of_its_own() {
     assert!(!kernels.contains("lagrangian/") && !kernels.contains("mpm/receive"), "{kernels}");
 }
 
+/// A scene is often a copy of another: keys that do nothing here are named by plan and check.
+#[test]
+fn keys_that_do_nothing_are_named() {
+    let folder = Folder::new();
+    let settings = ("grid_density = 32", "grid_density = 32\npressure = 'wcsph'\nparticle_size = 0.01");
+    let still = "[[object]]\nname = 'shelf'\nsource.box = { min = [1, 1, 0], max = [1.2, 1.2, 0.2] }\nvelocity = [1, 0, 0]\n\
+                 [output]";
+    let rubs = ("name = \"jelly\"", "name = \"jelly\"\nfriction = 0.7\ndamping = 1e-3");
+    let slow = ("young = 1e4", "young = 1.0");
+    folder.scene(FALL, &[settings, ("[output]", still), rubs, slow]);
+    for command in ["plan", "check"] {
+        let said = folder.run(&[command, "scene.toml"]).out;
+        for line in [
+            "`simulation.pressure` does nothing: no object is a liquid of SPH",
+            "`simulation.particle_size` does nothing: no object is a liquid of SPH",
+            "`velocity` of 'shelf' does nothing: it has no material and stands still",
+            "`friction` of 'jelly' does nothing: it acts where bodies are on grids of their own, and here none is",
+            "`damping` of 'jelly' is left out",
+        ] {
+            assert!(said.contains(line), "{command}: {line:?} is not in:\n{said}");
+        }
+    }
+    folder.scene(FALL, &[]);
+    let said = folder.run(&["check", "scene.toml"]).out;
+    assert!(!said.contains("does nothing"), "{said}");
+}
+
+/// Liquids of SPH would be thrown out of what they start in.
+#[test]
+fn a_liquid_inside_something_is_refused() {
+    let folder = Folder::new();
+    let text = |low: f32, more: &str| {
+        format!(
+            "[camera]\neye = [0, -1, 0.5]\ntarget = [0, 0, 0.1]\n[ground]\nheight = 0.0\n[[object]]\nname = 'water'\n\
+             source.box = {{ min = [0, 0, {low}], max = [0.1, 0.1, 0.2] }}\nmaterial.sph = {{}}\ndensity = 1000.0\n{more}"
+        )
+    };
+    let collider = "[[collider]]\nshape.ball = { center = [0.05, 0.05, 0.1], radius = 0.03 }\n";
+    let other =
+        "[[object]]\nname = 'oil'\nsource.ball = { center = [0.05, 0.05, 0.21], radius = 0.03 }\nmaterial.sph = {}\n";
+    for (low, more, says) in [
+        (-0.05, "", "'water' starts inside the ground"),
+        (0.0, collider, "'water' starts inside collider[0]"),
+        (0.0, other, "'water' and 'oil' overlap"),
+    ] {
+        folder.scene(&text(low, more), &[]);
+        folder.run(&["check", "scene.toml"]).expect(2, &[says, "source", "move them apart"]);
+    }
+    // Beside each of them it is well.
+    let beside = collider.replace("0.05, 0.05, 0.1]", "0.05, -0.04, 0.1]");
+    folder.scene(&text(0.0, &beside), &[]);
+    folder.run(&["check", "scene.toml"]).expect(0, &[]);
+}
+
 /// Explicit steps of honey of 4 mm are 0.125 h²/ν = 2.9e-4 s; gravity allows 0.125 sqrt(h/g) = 2.5e-3 s.
 #[test]
 fn a_plan_says_how_viscosity_is_found() {

@@ -282,7 +282,9 @@ fn a_frame_that_takes_long_is_given_up() {
         assert!(child.try_wait().unwrap().is_none(), "the run ended by itself");
         std::thread::yield_now();
     }
-    let kill = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    // Twice at once, as `timeout` does, is one request.
+    let id = child.id().to_string();
+    let kill = std::process::Command::new("kill").args(["-INT", &id, &id]).status().unwrap();
     assert!(kill.success());
     assert_eq!(child.wait().unwrap().code(), Some(130));
     let report = folder.report("out/scene");
@@ -298,6 +300,10 @@ fn absurd_steps_are_refused_and_endless_ones_are_not_taken() {
         folder.run(&["plan", "scene.toml"]).expect(2, &["is too short for frames of"]);
         folder.run(&["--scene", "scene.toml", "--quiet"]).expect(2, &["is too short for frames of"]);
     }
+    // Where damping is what is too much, its key is named.
+    let held = "name = \"jelly\"\ndamping = 1e6\npins = [{ box = { min = [-1, -1, 0.1], max = [1, 1, 1] } }]";
+    folder.scene(FALL, &[("name = \"jelly\"", held)]);
+    folder.run(&["plan", "scene.toml"]).expect(2, &["object[0].damping", "is too short for frames of"]);
     folder.scene(FALL, &[("young = 1e4", "young = 1e-4")]);
     folder.run(&["--scene", "scene.toml", "--quiet", "--frames", "2", "--output", "state"]).expect(0, &[]);
 }

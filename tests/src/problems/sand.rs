@@ -5,6 +5,7 @@
 use physvideo::scene::Material;
 use physvideo::world::ground;
 use physvideo_gpu::Gpu;
+use physvideo_gpu::kernels::Particle;
 
 use super::deposit::Pool;
 use super::setup::{Lattice, Play};
@@ -44,6 +45,14 @@ pub struct Collapse {
     pub motion: f64,
 }
 
+/// How far a deposit reaches [m]: all but the outermost fiftieth of it. Those are single grains in a layer thinner than a
+/// cell, which come to rest here or a few cells further, and which an experiment would not call its front.
+fn reach(particles: &[Particle]) -> f64 {
+    let mut x: Vec<f64> = particles.iter().map(|p| f64::from(p.x[0])).collect();
+    x.sort_by(f64::total_cmp);
+    x[x.len() - 1 - x.len() / 50]
+}
+
 /// A column of sand of some friction, until it lies still.
 ///
 /// # Errors
@@ -64,7 +73,7 @@ pub fn collapse(gpu: &Gpu, setting: Setting, friction: f32) -> Result<Collapse, 
         play.frame((2.0 * high / 9.81).sqrt())?;
     }
     let profile = pool.profile(&play.particles()?);
-    let run_out = profile.front(0.5 * lattice.dx) / WIDTH - 1.0;
+    let run_out = (reach(&play.particles()?) + pool.behind) / (WIDTH + pool.behind) - 1.0;
     let motion = play.measure(0)?.kinetic / fall;
     Ok(Collapse { outcome: play.finish((run_out / 3.0 - 1.0).abs()), run_out, height: profile.top() / WIDTH, motion })
 }

@@ -16,8 +16,8 @@ fn a_column_of_sand_collapses_as_far_as_measured() {
         // It lies still.
         assert!(c.motion < 1e-4, "{c:?}");
     }
-    // Converged to a seventh: a front of single grains comes to rest here or a few grains further.
-    assert!((fine.run_out / coarse.run_out - 1.0).abs() < 0.15, "{coarse:?} {fine:?}");
+    // Converged: measured 2 % apart, and 4 % from 16 to 24 cells; grains rest in whole cells, a twentieth of the run-out.
+    assert!((fine.run_out / coarse.run_out - 1.0).abs() < 0.05, "{coarse:?} {fine:?}");
     // Control: sand that holds like masonry must fail.
     let rough = collapse(&gpu, at(8, 0.75), 2.0).unwrap();
     assert!(!RUN_OUT.contains(&rough.run_out), "{rough:?}");
@@ -39,8 +39,8 @@ fn a_dam_breaks_as_measured() {
     let gpu = gpu();
     let (outcome, fronts) = dam(&gpu, at(16, 0.75), 1.0).unwrap();
     println!("dam: {:.1} % off the band's middle, fronts {fronts:.2?}", 100.0 * outcome.error);
-    // The goal is 5 %; measured 5.2: it runs a little ahead, as it has no gate to lift.
-    assert!(outcome.error < 0.06 && outcome.clamps == 0, "{outcome:?}");
+    // The goal; measured 4.6: it runs a little ahead at first, as it has no gate to lift.
+    assert!(outcome.error < 0.05 && outcome.clamps == 0, "{outcome:?}");
     for ((time, least, most), front) in BAND.into_iter().zip(&fronts) {
         assert!((0.94 * least..1.08 * most).contains(front), "at {time}: {front} of {least} to {most}");
     }

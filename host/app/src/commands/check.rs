@@ -25,5 +25,8 @@ pub(super) fn check(path: &Path) -> Result<(), AppError> {
     }
     let particles: usize = assembled.world.bodies.iter().map(|b| b.positions.len()).sum();
     print(&format!("{}: ok, {} objects, {particles} particles", path.display(), loaded.scene.objects.len()));
+    for note in &assembled.notes {
+        print(&format!("{:<12} {note}", "note"));
+    }
     Ok(())
 }

@@ -28,6 +28,10 @@ pub fn bench(gpu: &Gpu, only: &str, out: Option<&Path>) -> Result<(), String> {
     if !stress::all().iter().any(|c| c.name.contains(only)) {
         return Err(format!("no case's name holds '{only}'"));
     }
+    // Now, not after half an hour.
+    if let Some(folder) = out {
+        std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    }
     for case in stress::all().into_iter().filter(|c| c.name.contains(only)) {
         for method in case.solvers {
             for material in case.materials_of(method) {

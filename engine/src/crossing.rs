@@ -1,0 +1,74 @@
+//! What starts inside something else: bodies in each other, liquids in obstacles. Runs once per scene on the CPU.
+
+use std::collections::HashMap;
+
+use crate::scene::{Kind, Problem, Scene};
+use crate::world::{Body, World};
+
+/// Two bodies, one of them of those that `counts` names, of which particles are closer than `reach` [m].
+pub(crate) fn overlapping(bodies: &[Body], reach: f32, counts: impl Fn(usize) -> bool) -> Option<(usize, usize)> {
+    let cell = |x: &[f32; 3]| x.map(|c| (c / reach).floor() as i64);
+    let mut seen: HashMap<[i64; 3], Vec<(usize, [f32; 3])>> = HashMap::new();
+    for (i, body) in bodies.iter().enumerate() {
+        for x in &body.positions {
+            let at = cell(x);
+            let around = (0..27).map(|k| [at[0] + k % 3 - 1, at[1] + k / 3 % 3 - 1, at[2] + k / 9 - 1]);
+            let close = |(j, y): &&(usize, [f32; 3])| {
+                (counts(i) || counts(*j)) && (0..3).map(|a| (x[a] - y[a]).powi(2)).sum::<f32>() < reach * reach
+            };
+            // A body's own come later, so that all that is found is of others.
+            if let Some((other, _)) = around.filter_map(|c| seen.get(&c)).flatten().find(close) {
+                return Some((*other, i));
+            }
+        }
+        body.positions.iter().for_each(|x| seen.entry(cell(x)).or_default().push((i, *x)));
+    }
+    None
+}
+
+/// Depth of a particle's centre in an obstacle from which it counts as inside, over the spacing: a lattice beside a wall has
+/// its first layer half of it outside.
+const INSIDE: f32 = 0.25;
+
+/// Liquids of SPH are thrown out of what they start in, obstacles and each other: such scenes are refused. `ground` is its
+/// height [m], `object_of` the object of each body.
+///
+/// # Errors
+/// The object that starts inside something.
+pub(crate) fn refuse(scene: &Scene, world: &World, object_of: &[usize], ground: Option<f32>) -> Result<(), Problem> {
+    if !world.is_fluid() {
+        return Ok(());
+    }
+    let size = world.fluid.particle_size;
+    let help = "a liquid of SPH is thrown out of what it starts in: move them apart";
+    let fail = |body: usize, message: String| {
+        let key = format!("object[{}].source", object_of[body]);
+        Err(Problem::new(Kind::Conflict, key, message).help(help))
+    };
+    for (i, body) in world.bodies.iter().enumerate() {
+        let deep = |distance: &dyn Fn(&[f32; 3]) -> f32| {
+            let depths = body.positions.iter().map(|x| -distance(x)).filter(|depth| *depth > INSIDE * size);
+            depths.fold((0, 0.0f32), |(count, most), depth| (count + 1, most.max(depth)))
+        };
+        let told = |name: String, (count, most): (usize, f32)| {
+            format!(
+                "'{}' starts inside {name}: {count} of its {} particles, up to {most:.3} m deep",
+                body.name,
+                body.positions.len()
+            )
+        };
+        if let Some(found) = ground.map(|height| deep(&|x| x[2] - height)).filter(|found| found.0 > 0) {
+            return fail(i, told("the ground".into(), found));
+        }
+        for (index, collider) in scene.colliders.iter().enumerate() {
+            let found = deep(&|x| collider.shape.distance(*x));
+            if found.0 > 0 {
+                return fail(i, told(format!("collider[{index}]"), found));
+            }
+        }
+    }
+    match overlapping(&world.bodies, 0.5 * size, |_| true) {
+        Some((a, b)) => fail(b, format!("'{}' and '{}' overlap", world.bodies[a].name, world.bodies[b].name)),
+        None => Ok(()),
+    }
+}
