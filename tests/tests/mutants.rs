@@ -257,7 +257,7 @@ const LATENT: [(&str, &str, &str, &str); 30] = [
 ];
 
 /// The same for liquids.
-const SPH: [(&str, &str, &str, &str); 52] = [
+const SPH: [(&str, &str, &str, &str); 53] = [
     ("sph/pack", "sph/pack", "< p);", "<= p);"),
     ("sph/pack", "sph/pack", "texel(was, 6u * p + 5u)", "texel(was, 6u * p + 4u)"),
     ("sph/pack", "lib/spot", "(q.y & 0x7ffu) << 10u", "(q.y & 0x7ffu) << 11u"),
@@ -310,6 +310,7 @@ const SPH: [(&str, &str, &str, &str); 52] = [
     ("sph/advance", "sph/advance", "min(1.0, most", "min(2.0, most"),
     ("sph/advance", "sph/advance", "{ tag &= ~LED; }", "{}"),
     ("sph/advance", "sph/advance", "h_of() / dt", "0.9 * h_of() / dt"),
+    ("sph/advance", "sph/advance", "dot(led, led) - dot(v, v)", "dot(led, led)"),
 ];
 
 #[test]

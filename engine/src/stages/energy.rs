@@ -2,7 +2,7 @@
 //! too long without anything running away. Knows the world and no solver.
 
 use physvideo_gpu::kernels::family::field;
-use physvideo_gpu::kernels::{Collider, Field};
+use physvideo_gpu::kernels::{Clock, Collider, Field};
 
 use super::solver::Measure;
 use crate::world::World;
@@ -15,6 +15,8 @@ const SHARE: f64 = 0.1;
 const FALL: f64 = 0.05;
 /// ... and of moving at this share of its slowest wave's speed.
 const MACH: f64 = 1e-3;
+/// [m/s²]
+const EARTH: f64 = 9.81;
 
 /// What fields can bring, and what else there is to know of a world's energy.
 #[derive(Clone, Debug)]
@@ -87,12 +89,18 @@ impl Budget {
         let gravity = world.bodies.iter().map(|b| b.gravity.unwrap_or(world.gravity));
         let pull = gravity.map(|g| g.iter().map(|c| f64::from(c * c)).sum::<f64>().sqrt()).fold(0.0, f64::max);
         let slowest = f64::from(world.wave_speeds().0);
+        let cell = if world.is_fluid() { world.fluid.particle_size } else { world.dx };
+        // Particles without order find theirs, whatever pulls.
+        let pull = if world.is_fluid() { pull.max(EARTH) } else { pull };
+        // A surface that shrinks gives what nobody counts: no more than that of drops of six particles across.
+        let tension = |b: &crate::world::Body| f64::from(b.surface_tension() / (b.density * cell));
+        let taut: f64 = world.bodies.iter().map(|b| mass(b) * tension(b)).sum();
         Self {
             sources: world.fields.iter().enumerate().map(source).collect(),
             swiftest: world.colliders.iter().map(|c| swiftest(c, world.domain)).fold(0.0, f64::max),
             colliders: world.colliders.clone(),
             mass: all,
-            floor: all * (FALL * pull * f64::from(world.dx) + 0.5 * (MACH * slowest).powi(2)),
+            floor: all * (FALL * pull * f64::from(cell) + 0.5 * (MACH * slowest).powi(2)) + taut,
             spent: 0.0,
         }
     }
@@ -127,6 +135,12 @@ impl Budget {
         }
         fits
     }
+}
+
+/// Energy that came in from obstacles and with what started anew, as the device has counted it [J].
+pub fn work(clock: &Clock) -> f64 {
+    let units = (u64::from(clock.work_high) << 32 | u64::from(clock.work_low)) as i64;
+    units as f64 * f64::from(clock.work_unit)
 }
 
 #[cfg(test)]

@@ -86,6 +86,9 @@ impl Fastest {
     }
 }
 
+/// All bodies, to `mpm/measure` (`EVERY` in WGSL).
+pub(super) const EVERY: u32 = u32::MAX;
+
 /// Sums over one body, or over all.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Measure {

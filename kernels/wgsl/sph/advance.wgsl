@@ -1,4 +1,4 @@
-//! use lib/sph lib/keep
+//! use lib/sph lib/keep lib/work
 // The end of a step: friction at walls, the speed limit, new places, written both to what the next step begins with, should
 // it keep its lists, and back to the particles by their numbers. One lane a particle.
 //! texels points: vec4f
@@ -76,7 +76,11 @@ fn step(i: u32, dt: f32) {
     if (NOZZLES && (tag & LED) != 0u) {
         let at = 3u * (tag & BODY_MASK);
         let led = texel(bodies, at + 1u).yzw;
-        if (dot(led, place.xyz) < texel(bodies, at).w) { v = led; } else { tag &= ~LED; }
+        if (dot(led, place.xyz) < texel(bodies, at).w) {
+            let mass = own.density * h_of() * h_of() * h_of();
+            if (COUNTS_WORK) { count_work(0.5 * mass * (dot(led, led) - dot(v, v))); }
+            v = led;
+        } else { tag &= ~LED; }
     }
     let x = place.xyz + dt * v;
     let found = vec4f(own.fill, pressure, place.w, stir);

@@ -5,11 +5,11 @@ use std::sync::atomic::Ordering;
 use physvideo_gpu::kernels::Clock;
 use physvideo_gpu::{GpuError, Recording};
 
+use super::Mpm;
 use super::start::Room;
-use super::{EVERY, Mpm};
 use crate::stages::cells::Cells;
-use crate::stages::energy::Budget;
-use crate::stages::solver::{Fastest, FrameStats};
+use crate::stages::energy::{Budget, work};
+use crate::stages::solver::{EVERY, Fastest, FrameStats};
 
 /// Attempts at a frame that are taken back.
 const MOST_REJECTED: u32 = 3;
@@ -17,12 +17,6 @@ const MOST_REJECTED: u32 = 3;
 /// an axis is at most 6, so volume changes need dt < 2 dx / sqrt(18 K/ρ), a Courant number of 0.587 at ν = 0.32; 0.75
 /// comes below that at once.
 const SMALLER: f32 = 0.78;
-
-/// Energy that came in from obstacles and with what started anew, as the device has counted it [J].
-fn work(clock: &Clock) -> f64 {
-    let units = (u64::from(clock.work_high) << 32 | u64::from(clock.work_low)) as i64;
-    units as f64 * f64::from(clock.work_unit)
-}
 
 impl Mpm<'_> {
     fn stopped(&self) -> bool {

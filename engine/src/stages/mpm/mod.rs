@@ -26,7 +26,7 @@ use super::emit::Emitter;
 use super::energy::Budget;
 use super::lagrangian::Lagrangian;
 pub use super::solver::{ASLEEP, DORMANT, FLOWS, PINNED, QUARANTINED};
-use super::solver::{CALLS, Measure, RUNS};
+use super::solver::{CALLS, EVERY, Measure, RUNS};
 use super::source::Recycling;
 use crate::world::World;
 
@@ -118,9 +118,6 @@ pub struct Mpm<'gpu> {
     guests: Vec<bool>,
     guest: Option<Guest<'gpu>>,
 }
-
-/// All bodies, to `mpm/measure` (`EVERY` in WGSL).
-const EVERY: u32 = u32::MAX;
 
 impl<'gpu> Mpm<'gpu> {
     /// Uploads a world.

@@ -2,13 +2,16 @@
 
 use std::sync::atomic::Ordering;
 
-use physvideo_gpu::kernels::Clock;
+use physvideo_gpu::kernels::{Clock, Particle};
 use physvideo_gpu::{GpuError, Recording};
 
 use super::Sph;
 use super::start::no_lists;
+use crate::fluid::SOUND;
+use crate::scene::Pressure;
 use crate::stages::cells::Cells;
-use crate::stages::solver::{Fastest, FrameStats};
+use crate::stages::energy::{Budget, work};
+use crate::stages::solver::{EVERY, Fastest, FrameStats, Measure, QUARANTINED};
 
 /// Attempts at a frame that are taken back.
 const MOST_REJECTED: u32 = 3;
@@ -60,9 +63,10 @@ impl Sph<'_> {
 
     /// Advances by one frame of `length` seconds.
     ///
-    /// A frame in which a particle ran away or was lost is taken back and repeated with half the Courant number, which
-    /// doubles again after every third frame without a fault; three times a frame at most. Where that does not help, the
-    /// run returns to its own steps, and what happens is counted.
+    /// A frame in which a particle ran away or was lost, or that ends with more energy than can have come in (see
+    /// [`Budget`]; not judged while obstacles move), is taken back and repeated with half the Courant number, which doubles
+    /// again after every third frame without a fault; three times a frame at most. Where that does not help, the run
+    /// returns to its own steps, and what happens is counted.
     ///
     /// # Errors
     /// The device's refusal.
@@ -84,8 +88,15 @@ impl Sph<'_> {
         let mut back = Recording::new("back");
         back.copy(self.saved, self.particles);
         let began = self.courant;
+        let span = (self.time, f64::from(length));
+        let judged = self.budget.as_ref().is_some_and(|b| b.stands_still(span.0, span.1));
+        let before = if judged { Some(self.energies()?) } else { None };
+        if let (Some(sums), Some(budget)) = (&before, &self.budget) {
+            self.work_unit = budget.unit(sums);
+        }
         loop {
-            let watch = self.guarded && stats.rejected < MOST_REJECTED;
+            let again = stats.rejected < MOST_REJECTED;
+            let watch = self.guarded && again;
             let clock = self.attempt(length, watch)?;
             stats.substeps += clock.substeps;
             stats.searches += self.gpu.read(self.keep)?[0].searches;
@@ -101,7 +112,16 @@ impl Sph<'_> {
             }
             let stalled = clock.stalled != 0;
             let bad = clock.clamped_velocity + clock.quarantined > 0 || stalled;
-            if bad && watch {
+            let gained = match &before {
+                Some(before) if !bad => {
+                    let after = self.sums_over(EVERY)?;
+                    let allows = |b: &mut Budget| b.allows(before, &after, work(&clock), span.0, span.1);
+                    !self.budget.as_mut().is_none_or(allows)
+                }
+                _ => false,
+            };
+            stats.gained += u32::from(gained);
+            if (bad && watch) || (gained && again) {
                 self.gpu.run(&back)?;
                 stats.rejected += 1;
                 self.courant *= SMALLER;
@@ -115,6 +135,9 @@ impl Sph<'_> {
             }
             if bad && self.guarded {
                 (self.guarded, self.courant) = (false, began);
+            }
+            if gained {
+                (self.budget, self.courant) = (None, began);
             }
             self.calm = if stats.rejected > 0 { 0 } else { self.calm + 1 };
             if self.calm > 0 && self.calm.is_multiple_of(CALM) {
@@ -139,6 +162,22 @@ impl Sph<'_> {
             self.time += f64::from(length);
             return Ok(stats);
         }
+    }
+
+    /// Energies that bodies can move by: of a weakly compressible liquid also that of its compression,
+    /// ∫ p/ρ² dρ = k/ρ₀ (s⁶/6 + 1/s − 7/6) per mass where s > 1, p = k (s⁷ − 1), k = c² ρ₀/7. Sums of kernels are out by
+    /// half of that in a layer that is pressed against a wall, so it counts twice before a frame and not after it.
+    fn energies(&self) -> Result<Measure, GpuError> {
+        let mut sums = self.sums_over(EVERY)?;
+        if self.fluid.pressure == Pressure::Wcsph {
+            let each = |p: &Particle| {
+                let s = f64::from(p.s[0]).max(1.0);
+                let there = if p.tag & QUARANTINED == 0 { f64::from(p.m) } else { 0.0 };
+                there * 2.0 * f64::from(SOUND).powi(2) / 7.0 * (s.powi(6) / 6.0 + 1.0 / s - 7.0 / 6.0)
+            };
+            sums.elastic = self.gpu.read(self.particles)?.iter().map(each).sum();
+        }
+        Ok(sums)
     }
 
     /// Doubles the number of blocks there is room for.

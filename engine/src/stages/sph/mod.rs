@@ -22,6 +22,7 @@ use self::start::{constants, initial_state, slots};
 use self::viscous::{Step, Viscous};
 use super::cells::{self, Cells, PARTICLE_GROUPS};
 use super::emit::Emitter;
+use super::energy::Budget;
 use super::solver::{FrameStats, Measure, Solver};
 use super::source::Recycling;
 use crate::fluid::{Fluid, Limits, limits};
@@ -70,6 +71,10 @@ pub struct Sph<'gpu> {
     speed: f32,
     stop: Option<Arc<AtomicBool>>,
     guarded: bool,
+    /// What a frame's energy is held against; absent where steps are forced, and once shorter ones did not help.
+    budget: Option<Budget>,
+    /// What one step of the count of work stands for [J].
+    work_unit: f32,
     count: u32,
 }
 
@@ -119,6 +124,8 @@ impl<'gpu> Sph<'gpu> {
             speed: start::fastest(world) + limits(world).speed,
             stop: None,
             guarded: world.force_dt.is_none(),
+            budget: world.force_dt.is_none().then(|| Budget::new(world)),
+            work_unit: 1.0,
             count: count as u32,
         };
         sph.choose_particles()?;
@@ -349,6 +356,7 @@ impl<'gpu> Sph<'gpu> {
             particles: self.count,
             particle_groups: [self.listed.len().div_ceil(64) as u32, 1, 1],
             idle: self.count - self.listed.len() as u32,
+            work_unit: self.work_unit,
             ..Default::default()
         };
         self.gpu.write(self.solve, 0, &[Solve::default()])?;
@@ -363,7 +371,12 @@ impl<'gpu> Sph<'gpu> {
     /// # Errors
     /// The device's refusal.
     pub fn measure(&self, index: usize) -> Result<Measure, GpuError> {
-        let immediates = kernels::Only { body: index as u32, count: self.count };
+        self.sums_over(index as u32)
+    }
+
+    /// Sums over one body, or over all.
+    fn sums_over(&self, body: u32) -> Result<Measure, GpuError> {
+        let immediates = kernels::Only { body, count: self.count };
         let Self { particles, deformations, bodies, sums, .. } = *self;
         let mut rec = Recording::new("measure");
         let call = mpm::Measure { particles, deformations, bodies, sums, immediates };

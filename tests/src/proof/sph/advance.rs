@@ -5,6 +5,7 @@ use physvideo_gpu::kernels::{Body, Clock, Counts, Keep, Local};
 
 use super::{Liquid, h, vec3};
 use crate::proof::cloud::{LED, PINNED};
+use crate::proof::work::{Work, begun};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 
 pub static CASE: Case = Case {
@@ -48,8 +49,9 @@ fn inputs(ask: Ask) -> Call {
     for (own, x) in locals.iter_mut().zip(&points) {
         own.tag &= if ended(own, x) { !LED } else { u32::MAX };
     }
-    liquid
-        .call()
+    let call = liquid.call();
+    let clock = begun(call.buffers.one("clock"));
+    call.with("clock", &[clock])
         .with("points", &points)
         .with("flows", &flows)
         .with("locals", &locals)
@@ -61,6 +63,7 @@ fn inputs(ask: Ask) -> Call {
         .with("warm", &vec![[5.0f32; 4]; n])
         .with("keep", &[Keep { drift: [0.4, -0.3, 0.2], low: [u32::MAX; 3], ..Default::default() }])
         .constant("NOZZLES", (ask.seed % 2) as f64)
+        .constant("COUNTS_WORK", (ask.seed % 2) as f64)
 }
 
 /// Three bodies, of which the last has no nozzle.
@@ -82,7 +85,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let (points, flows): (Vec<[f32; 4]>, Vec<[f32; 4]>) = (b.get("points"), b.get("flows"));
     let (locals, numbers): (Vec<Local>, Vec<u32>) = (b.get("locals"), b.get("numbers"));
     let stirs: Vec<f32> = b.get("stirs");
-    let nozzles = call.constants == physvideo_gpu::Constants::none().with("NOZZLES", 1.0);
+    let nozzles = call.constants == physvideo_gpu::Constants::none().with("NOZZLES", 1.0).with("COUNTS_WORK", 1.0);
     let all: Vec<Body> = b.get("bodies");
     let particles: Vec<[f32; 4]> = out.get("particles");
     let [places, moves, warm]: [Vec<[f32; 4]>; 3] = ["places", "moves", "warm"].map(|name| out.get(name));
@@ -90,7 +93,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     // Workgroups without particles report the speed of sound alone.
     let (mut clamped, mut fastest, mut tags) = (0, f64::from(b.one::<Clock>("clock").wave_speed), true);
     let (mut alike, mut lost, mut apart) = (true, 0, 0.0);
-    let mut sample = Vec::new();
+    let (mut sample, mut done) = (Vec::new(), Work::default());
     for i in 0..placed {
         let own = &locals[i];
         let (mut v, wall) = (vec3(&flows[i]), vec3(&own.wall));
@@ -115,7 +118,10 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         if nozzles && tag & LED != 0 {
             let body = &all[(tag & 0xff) as usize];
             if vec3(&body.p[1..]).dot(&vec3(&points[i])) < f64::from(body.lambda) {
-                v = vec3(&body.p[1..]);
+                let (led, mass) = (vec3(&body.p[1..]), density * h().powi(3));
+                let size = mass * (led.norm_squared() + v.norm_squared());
+                done.add(0.5 * mass * (led.norm_squared() - v.norm_squared()), size, true);
+                v = led;
             } else {
                 tag &= !LED;
             }
@@ -158,6 +164,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         ),
         Compared::equal("least of the sample", &keep.low, &extreme(u32::MAX, u32::min)),
         Compared::equal("largest of the sample", &keep.high, &extreme(0, u32::max)),
+        done.compare(&b.one("clock"), &clock, nozzles, CASE.tolerance),
         Compared::equal("too fast", &[clock.clamped_velocity], &[clamped]),
         Compared::near("fastest", vec![f32::from_bits(clock.speed_bits).into()], vec![fastest], fastest + 1e-9),
     ]
