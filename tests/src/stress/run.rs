@@ -200,8 +200,9 @@ fn once(gpu: &Gpu, case: &Case, material: &'static str, method: &'static str) ->
         [.., 0, _] => Verdict::Counted,
         _ => Verdict::TakenBack,
     };
+    let empty = begun[3] == 0.0 && world.bodies.iter().all(|b| b.emission.is_none());
     let of_bound = match bound {
-        _ if error.is_some() || begun[3] == 0.0 => 0.0,
+        _ if error.is_some() || empty => 0.0,
         Bound::Energy(times, besides) => most[1] / (lenient(method) * times * at_hand + besides),
         // Single precision's rounding besides.
         Bound::SpeedLimit => most[0] / (0.5 * begun[3] * f64::from(0.9 * world.dx / dt).powi(2) * (1.0 + 1e-6)),
@@ -218,7 +219,7 @@ fn once(gpu: &Gpu, case: &Case, material: &'static str, method: &'static str) ->
         verdict,
         substeps: stats.iter().map(|s| u64::from(s.substeps)).sum(),
         counts,
-        drift: if begun[3] == 0.0 || error.is_some() { 0.0 } else { drift },
+        drift: if empty || error.is_some() { 0.0 } else { drift },
         of_bound,
         error,
     };
