@@ -2,16 +2,14 @@
 
 use std::sync::atomic::Ordering;
 
-use physvideo_gpu::kernels::{Clock, Particle};
+use physvideo_gpu::kernels::Clock;
 use physvideo_gpu::{GpuError, Recording};
 
 use super::Sph;
 use super::start::no_lists;
-use crate::fluid::SOUND;
-use crate::scene::Pressure;
 use crate::stages::cells::Cells;
 use crate::stages::energy::{Budget, work};
-use crate::stages::solver::{EVERY, Fastest, FrameStats, Measure, QUARANTINED};
+use crate::stages::solver::{EVERY, Fastest, FrameStats};
 
 /// Attempts at a frame that are taken back.
 const MOST_REJECTED: u32 = 3;
@@ -162,22 +160,6 @@ impl Sph<'_> {
             self.time += f64::from(length);
             return Ok(stats);
         }
-    }
-
-    /// Energies that bodies can move by: of a weakly compressible liquid also that of its compression,
-    /// ∫ p/ρ² dρ = k/ρ₀ (s⁶/6 + 1/s − 7/6) per mass where s > 1, p = k (s⁷ − 1), k = c² ρ₀/7. Sums of kernels are out by
-    /// half of that in a layer that is pressed against a wall, so it counts twice before a frame and not after it.
-    fn energies(&self) -> Result<Measure, GpuError> {
-        let mut sums = self.sums_over(EVERY)?;
-        if self.fluid.pressure == Pressure::Wcsph {
-            let each = |p: &Particle| {
-                let s = f64::from(p.s[0]).max(1.0);
-                let there = if p.tag & QUARANTINED == 0 { f64::from(p.m) } else { 0.0 };
-                there * 2.0 * f64::from(SOUND).powi(2) / 7.0 * (s.powi(6) / 6.0 + 1.0 / s - 7.0 / 6.0)
-            };
-            sums.elastic = self.gpu.read(self.particles)?.iter().map(each).sum();
-        }
-        Ok(sums)
     }
 
     /// Doubles the number of blocks there is room for.

@@ -4,6 +4,7 @@
 
 mod frame;
 mod hot;
+mod measure;
 mod start;
 mod viscous;
 
@@ -12,9 +13,7 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use physvideo_gpu::kernels::{
-    self, Clock, Colliders, Deformation, Descent, Forces, Keep, Particle, Solve, Sums, mpm, sph,
-};
+use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Descent, Forces, Keep, Particle, Solve, Sums, sph};
 use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Prepared, Recording};
 
 use self::hot::Hot;
@@ -364,25 +363,6 @@ impl<'gpu> Sph<'gpu> {
             self.gpu.write(viscous.descent, 0, &[Descent::default()])?;
         }
         self.gpu.write(self.clock, 0, &[clock])
-    }
-
-    /// Sums over body `index`. A liquid's elastic energy is not counted.
-    ///
-    /// # Errors
-    /// The device's refusal.
-    pub fn measure(&self, index: usize) -> Result<Measure, GpuError> {
-        self.sums_over(index as u32)
-    }
-
-    /// Sums over one body, or over all.
-    fn sums_over(&self, body: u32) -> Result<Measure, GpuError> {
-        let immediates = kernels::Only { body, count: self.count };
-        let Self { particles, deformations, bodies, sums, .. } = *self;
-        let mut rec = Recording::new("measure");
-        let call = mpm::Measure { particles, deformations, bodies, sums, immediates };
-        rec.each(&call, &self.constants, u64::from(self.count));
-        self.gpu.run(&rec)?;
-        Ok(Measure::of(&self.gpu.read(sums)?, self.fluid.particle_size))
     }
 }
 
