@@ -314,9 +314,11 @@ impl<'gpu> Lagrangian<'gpu> {
         self.gpu.write(self.state.u, 0, &both.iter().map(|b| as_vec4(b.0)).collect::<Vec<_>>())?;
         self.gpu.write(self.state.v, 0, &both.iter().map(|b| as_vec4(b.1)).collect::<Vec<_>>())?;
         // The first step has to know of waves in what is squeezed.
-        self.finish()?;
+        let mut rec = Recording::new("waves");
+        self.record_forces(&mut rec, &|items| Groups::Direct([self.items(items).div_ceil(64), 1, 1]));
+        self.gpu.run(&rec)?;
         self.speed = f32::from_bits(self.gpu.read(self.clock)?[0].speed_bits);
-        Ok(())
+        self.sample()
     }
 
     /// One substep: clock, contact, forces, nodes.
@@ -360,6 +362,17 @@ impl<'gpu> Lagrangian<'gpu> {
         if let Some(matter) = self.matter.as_ref().filter(|_| shared) {
             matter.record(rec, &Moved { cells, solids, state: self.state, pushes, clock }, groups(Items::Facets));
         }
+        self.record_forces(rec, &groups);
+        let advance =
+            lagrangian::Advance { nodes, solids, shares, forces, u_was: u, v_was: v, u, v, clock, immediates };
+        rec.call(&advance, k, groups(Items::Nodes));
+    }
+
+    /// What deforms and what is pushed, on the nodes of each cell.
+    fn record_forces(&self, rec: &mut Recording, groups: &dyn Fn(Items) -> Groups) {
+        let k = &self.constants;
+        let Self { cells, solids, clock, shares, pushes, sizes: immediates, .. } = *self;
+        let State { u, v, .. } = self.state;
         let force = lagrangian::Force { cells, solids, u, v, pushes, shares, clock, immediates };
         for (pushed, items) in [(1.0, Items::Touched), (0.0, Items::Inside)] {
             if self.items(items) > 0 {
@@ -371,9 +384,6 @@ impl<'gpu> Lagrangian<'gpu> {
                 lagrangian::Thin { cells, solids, thins, places, u, v, shares_was: shares, shares, clock, immediates };
             rec.call(&thin, k, groups(Items::Thin));
         }
-        let advance =
-            lagrangian::Advance { nodes, solids, shares, forces, u_was: u, v_was: v, u, v, clock, immediates };
-        rec.call(&advance, k, groups(Items::Nodes));
     }
 
     /// Brings the particles up to date with the nodes.

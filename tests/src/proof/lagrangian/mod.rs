@@ -64,7 +64,6 @@ pub fn solids() -> Vec<Solid> {
         density: 500.0,
         gravity: b.gravity,
         damping: if b.material == kernels::family::material::COROTATED { 3e-3 } else { 0.0 },
-        ..Default::default()
     };
     let elastic = [kernels::family::material::COROTATED, kernels::family::material::NEO_HOOKEAN, u32::MAX];
     bodies().iter().filter(|b| elastic.contains(&b.material)).map(solid).collect()
