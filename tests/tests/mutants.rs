@@ -135,10 +135,17 @@ const POINTS: [(&str, &str, &str, &str); 23] = [
 ];
 
 /// The same for elastic bodies on grids of their own.
-const LAGRANGIAN: [(&str, &str, &str, &str); 39] = [
+const LAGRANGIAN: [(&str, &str, &str, &str); 46] = [
     ("lagrangian/force", "lib/stress", "z + sqrt(1.0 + z * z)", "sqrt(1.0 + z * z)"),
     ("lagrangian/force", "lib/stress", "s[1].y += swells;", ""),
     ("lagrangian/thin", "lagrangian/thin", "derivatives(motion, wd)", "derivatives(motion, wc)"),
+    ("lagrangian/thin", "lib/stress", "QUICK * thickest / undamped", "0.5 * QUICK * thickest / undamped"),
+    ("lagrangian/force", "lib/stress", "fast * fast / j * share", "fast * fast * share"),
+    ("lagrangian/force", "lib/shock", "CALM * wave", "0.9 * CALM * wave"),
+    ("lagrangian/force", "lib/squash", "(q - 2.0 + k", "(q - 1.999 + k"),
+    ("mpm/measure", "lib/squash", "SQUASHED * log(SQUASHED / k)", "0.0"),
+    ("lagrangian/contact", "lagrangian/contact", "0.33333333 * firm", "0.3 * firm"),
+    ("lagrangian/contact", "lagrangian/contact", "fast * fast + solid.stiffness", "fast + solid.stiffness"),
     ("lagrangian/contact", "lib/touch", "min(abs(s), 1.0)", "abs(s)"),
     ("lagrangian/force", "piola/corotated", "2.0 * b.mu) * e", "1.999 * b.mu) * e"),
     ("lagrangian/force", "piola/neo_hookean", "vec4f(LEAST_VOLUME));", "vec4f(0.06));"),
@@ -183,17 +190,22 @@ const LAGRANGIAN: [(&str, &str, &str, &str); 39] = [
 ];
 
 /// The same for bodies on grids of their own that meet.
-const PAIRS: [(&str, &str, &str, &str); 14] = [
+const PAIRS: [(&str, &str, &str, &str); 19] = [
     ("lagrangian/surface", "lagrangian/surface", "(0.5 * way * way) * bend", "(way * way) * bend"),
-    ("lagrangian/surface", "lagrangian/surface", "max(length(side), 1.0)", "length(side)"),
+    ("lagrangian/surface", "lagrangian/surface", "last.w, last.w > 0.0)", "last.w, true)"),
+    ("lagrangian/surface", "lagrangian/surface", "sqrt(solid.density)", "solid.density"),
     ("lagrangian/surface", "lagrangian/surface", "cof * shape.xyz", "shape.xyz * cof"),
     ("lagrangian/surface", "lagrangian/surface", "k = 1u; k < FACETS", "k = 1u; k < FACETS - 1u"),
-    ("lagrangian/surface", "lagrangian/surface", "bitcast<u32>(last.w) != 0u", "true"),
+    ("lagrangian/surface", "lagrangian/surface", "x - last.xyz, last.w > 0.0", "x - last.xyz, true"),
     ("lagrangian/surface", "lagrangian/surface", "0.5 * tie.xyz + moved", "tie.xyz + moved"),
     ("lagrangian/meet", "lagrangian/meet", "(own.stiffness + other.stiffness)", "(2.0 * own.stiffness)"),
     ("lagrangian/meet", "lagrangian/meet", "min(own.friction, other.friction)", "own.friction"),
     ("lagrangian/meet", "lagrangian/meet", "1.27323954", "1.27423954"),
-    ("lagrangian/meet", "lagrangian/meet", "depth * (1.0 + firm * firm)", "depth * (1.0 + firm)"),
+    ("lagrangian/meet", "lagrangian/meet", "depth * (1.0 + firm)", "depth * (1.0 + 0.99 * firm)"),
+    ("lagrangian/meet", "lagrangian/meet", "depth < reach", "depth < 1.2 * reach"),
+    ("lagrangian/meet", "lagrangian/meet", "own.wave + other.wave", "2.0 * own.wave"),
+    ("lagrangian/meet", "lagrangian/meet", "own.damping * other.stiffness", "own.damping * own.stiffness"),
+    ("lagrangian/meet", "lagrangian/meet", "(wide * wide * grown)", "(wide * wide)"),
     ("lagrangian/meet", "lagrangian/meet", "slid - dot(slid, n) * n", "slid"),
     ("lagrangian/meet", "lagrangian/meet", "half * 32u", "half * 31u"),
     ("lagrangian/meet", "lagrangian/meet", "apart < reach", "apart < 0.3 * reach"),

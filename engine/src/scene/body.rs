@@ -24,8 +24,8 @@ pub struct Object {
     #[serde(default = "default_density")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub density: f32,
-    /// Coulomb friction coefficient of its surface against other bodies, where all are in total-Lagrangian form; of two the
-    /// smaller counts. In MPM bodies stick to each other.
+    /// Coulomb friction coefficient of its surface against other bodies, where one of the two is in total-Lagrangian form; the
+    /// smaller counts. Two in MPM stick to each other.
     #[serde(default = "default_friction")]
     #[schemars(range(min = 0.0))]
     pub friction: f32,

@@ -1,6 +1,6 @@
-//! use lib/clock lib/polar lib/touch
-// Contact of the surface with the obstacles: a pressure for the depth of each face, and a spring along the surface that
-// slips by Coulomb's law (Cundall & Strack 1979). Faces are half a spacing from their points; where they are follows
+//! use lib/clock lib/polar lib/touch lib/shock
+// Contact of the surface with the obstacles: a pressure for the depth of each face, which grows faster where it is deep, and
+// that of a shock; and a spring along the surface that slips by Coulomb's law (Cundall & Strack 1979). Faces are half a spacing from their points; where they are follows
 // exactly from the value and two derivatives at the point. One lane a point.
 //! texels cells: ElasticCell
 //! texels solids: Solid
@@ -9,6 +9,9 @@
 //! texels v: vec4f
 //! texels colliders: Colliders
 //! texels grips_was: vec4f
+
+// Depth at which the pressure has doubled by its part with the fifth power, in cells.
+override FIRM: f32 = 0.5;
 
 struct Vectors { d: array<vec4f> }
 @group(0) @binding(0) var cells: texture_1d<u32>;
@@ -57,21 +60,32 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var rub_at = vec3f(0.0);
     var rub_energy = 0.0;
     var closing = 0.0;
+    var deepest = 0.0;
     for (var k = 0u; k < count; k++) {
         let c = load_collider(k);
         let p = pose(c, time);
         for (var side = 0u; side < sides(c); side++) {
             let o = facing(c, p, x, time, side);
             let approach = -dot(speed - o.v, o.n);
-            // What arrives within two steps as long as this one shortens the next, so that it does not begin deep inside.
-            if (approach > 0.0 && o.gap < quarter + 2.0 * approach * dt) { closing = max(closing, approach); }
+            let fast = hurry(approach, solid.wave);
+            // What arrives within two steps as long as this one shortens the next, so that it does not begin deep inside;
+            // what leaves does so too, for steps that are shorter on one of both ways make energy.
+            let rate = abs(approach);
+            if (o.gap < quarter + 2.0 * rate * dt) { closing = max(closing, rate + 2.0 * fast); }
             let a = face_against(tag, 0u, cof[0], o.n, face);
             let b = face_against(tag, 1u, cof[1], o.n, face);
             let d = face_against(tag, 2u, cof[2], o.n, face);
             let way = vec3f(a.way, b.way, d.way);
             let bend = vec3f(dot(moved.xx, o.n), dot(moved.yy, o.n), dot(moved.zz, o.n)) / 32.0;
-            let depth = -vec3f(o.gap) - quarter * way * vec3f(dot(f[0], o.n), dot(f[1], o.n), dot(f[2], o.n)) - bend;
-            let press = solid.stiffness * vec3f(a.area, b.area, d.area) * max(depth, vec3f(0.0));
+            let deep = -vec3f(o.gap) - quarter * way * vec3f(dot(f[0], o.n), dot(f[1], o.n), dot(f[2], o.n)) - bend;
+            let depth = max(deep, vec3f(0.0));
+            let deeper = depth / (FIRM * reference.dx);
+            let firm = deeper * deeper * deeper * deeper;
+            let areas = vec3f(a.area, b.area, d.area);
+            let spring = solid.stiffness * areas * depth * (1.0 + firm);
+            // The spring is damped as the body is while they come together, and never pulls.
+            let taken = SHOCK * solid.density * fast * fast + solid.stiffness * solid.damping * max(approach, 0.0);
+            let press = spring + select(vec3f(0.0), taken * areas, depth > vec3f(0.0));
             let normal = press.x + press.y + press.z;
             let mine = held.w == f32(k + 1u);
             // Where the point took hold has moved with the obstacle.
@@ -89,7 +103,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             if (normal <= 0.0) { continue; }
             faces += mat3x3f(press.x * o.n, press.y * o.n, press.z * o.n);
             ways = select(ways, 0.25 * way, press > vec3f(0.0));
-            energy += 0.5 * dot(press, max(depth, vec3f(0.0)));
+            energy += 0.5 * solid.stiffness * dot(areas * depth, depth * (1.0 + 0.33333333 * firm));
+            deepest = max(deepest, max(depth.x, max(depth.y, depth.z)) + rate * dt);
             // It rubs on the one that it is pressed to most.
             if (normal <= firmest) { continue; }
             firmest = normal;
@@ -108,5 +123,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     pushes.d[to + 2u] = vec4f(faces[1] + rub_at.y * rub, ways.y);
     pushes.d[to + 3u] = vec4f(faces[2] + rub_at.z * rub, ways.z);
     grips.d[i] = grip;
-    if (closing > 0.0) { atomicMax(&clock.speed_bits, bitcast<u32>(clock.wave_speed + closing)); }
+    // The springs' share of the fastest vibration, half of all at rest, grows by as much as the pressure steepens.
+    // That of one step on, for it comes late otherwise.
+    let firm = pow(deepest / (FIRM * reference.dx), 4.0);
+    let stiff = (sqrt(1.0 + 2.5 * firm) - 1.0) * solid.wave;
+    if (closing + stiff > 0.0) { atomicMax(&clock.speed_bits, bitcast<u32>(max(clock.wave_speed, solid.wave) + stiff + closing)); }
 }

@@ -2,7 +2,7 @@
 // Forces of each cell on its 27 nodes, f = −Σ V0 P(F) ∇N with F = I + Σ u ⊗ ∇N at its points, and what pushes their
 // surface: Σ N f. One lane a cell; sums go axis by axis, down to the points and back up.
 // A cell of eight points: 33 loads (27 of them displacements), 27 stores of four words, some 3600 operations; one that
-// may be pushed 56 loads more, and one that is damped 27 and its points' rates. On a software driver 25 ns of processor time a point of a cube of 37³, where it was 46: of
+// may be pushed 56 loads more, and one that is damped, or may meet a shock, 27 and its points' rates. On a software driver 25 ns of processor time a point of a cube of 37³, where it was 46: of
 // those 10 are stores, 1 loads, 14 arithmetic. What helped: four polar decompositions at once (10 ns), pushes in a call of
 // their own (6), as many lanes as cells (8). What did not: 12 bytes a store for 16; three steps of third order for ten
 // of Newton (9, but not exact where a point is inside out) and leaving either early point by point (5).
@@ -154,7 +154,7 @@ fn columns(solid: Solid, place: Pair, motion: Pair, mask: u32, skin: u32, corner
     let share = select(vec4f(0.0), vec4f(1.0), exists);
     let f = all_deformed(derivatives(place));
     var p = stress(solid, f, share);
-    if (DAMPED) { p = damped(solid, p, f, derivatives(motion), share); }
+    if (DAMPED || SHOCKED) { p = viscous(solid, p, f, derivatives(motion), share); }
     return Columns(column(p.a, p.c, mask, skin, corner), column(p.b, p.d, mask, skin, corner + 1u));
 }
 
@@ -194,7 +194,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var vl: Layer;
     var vm: Layer;
     var vr: Layer;
-    if (DAMPED) {
+    if (DAMPED || SHOCKED) {
         vl = layer(v, low.xyz);
         vm = layer(v, vec3u(low.w, high.xy));
         vr = layer(v, vec3u(high.zw, last.x));

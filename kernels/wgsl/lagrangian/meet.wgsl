@@ -1,6 +1,6 @@
-//! use lib/clock lib/facet
-// Contact of bodies with each other, facet by facet of two bodies that face each other: a pressure for the depth and a
-// spring along the surface that slips by Coulomb's law. Each pair pushes both of its facets by the same force: it is
+//! use lib/clock lib/facet lib/shock
+// Contact of bodies with each other, facet by facet of two bodies that face each other: a pressure for the depth, that
+// of a shock, and a spring along the surface that slips by Coulomb's law. Each pair pushes both of its facets by the same force: it is
 // made of the two areas and of a weight W of their distance along the surface, whose sum times the areas around a place
 // is one. The other is found by the bounds of its group of 64. One lane a facet, one workgroup a group.
 //! texels patches: Patch
@@ -8,8 +8,8 @@
 
 // Obstacles have pushed already.
 override BESIDE: bool = false;
-// Depth from which the pressure grows faster, in cells.
-override FIRM: f32 = 0.5;
+// Depth at which the pressure has doubled by its part with the fifth power, in cells.
+override FIRM: f32 = 0.25;
 
 struct Vectors { d: array<vec4f> }
 struct Ties { d: array<Tie> }
@@ -22,7 +22,7 @@ var<immediate> surface: Surface;
 
 // Reach of W, and how far two facets of a pair may be apart in all, in cells.
 const WIDE: f32 = 0.875;
-const REACH: f32 = 1.5;
+const REACH: f32 = 2.0;
 // Cosines between one normal and the other reversed: full contact from the first on, none below the second.
 const FACING: f32 = 0.5;
 const ASKEW: f32 = 0.25;
@@ -36,6 +36,7 @@ struct Meeting {
     weight: f32,
     energy: f32,        // [J]
     deepest: f32,       // [m]
+    coming: f32,        // fastest along the normals [m/s]
 }
 
 // What another facet does to this one.
@@ -46,25 +47,38 @@ fn pair(own: Patch, other: Patch, sum: ptr<function, Meeting>) {
     let d = own.x - other.x;
     let depth = -dot(d, n);
     let along = d + depth * n;
-    let wide = WIDE * surface.dx;
+    // Where faces are stretched they lie further apart, and count as at rest: their mass has not grown.
+    let rest = 0.25 * surface.dx * surface.dx;
+    let grown = max(1.0, max(length(own.area), length(other.area)) / rest);
+    let wide = WIDE * surface.dx * sqrt(grown);
     let q = 1.0 - dot(along, along) / (wide * wide);
+    let slid = own.slid - other.slid;
+    let reach = max(own.reach, other.reach) + 2.0 * max(0.0, -dot(slid, n));
     let faces = max(-dot(own.area, n), 0.0) * max(dot(other.area, n), 0.0);
-    if (!(q > 0.0 && depth > 0.0 && faces > 0.0 && against > ASKEW)) { return; }
+    if (!(q > 0.0 && depth > 0.0 && depth < reach && faces > 0.0 && against > ASKEW)) { return; }
     let facing = min(1.0, (against - ASKEW) / (FACING - ASKEW));
-    let weight = facing * faces * (q * q * q * 1.27323954 / (wide * wide));     // 4/π
+    let weight = facing * faces * (q * q * q * 1.27323954 / (wide * wide * grown));     // 4/π
     // Two springs in a row.
     let k = weight * (own.stiffness * other.stiffness / (own.stiffness + other.stiffness));
-    let firm = depth / (FIRM * surface.dx);
-    let pressed = depth * (1.0 + firm * firm);
-    let slid = own.slid - other.slid;
+    let firm = pow(depth / (FIRM * surface.dx), 4.0);
+    let pressed = depth * (1.0 + firm);
+    // A shock runs into both, so that each takes its part of the closing speed by the root of the other's density.
+    let rate = dot(own.v - other.v, n);
+    let closing = max(0.0, -rate);
+    let fast = hurry(closing, own.wave + other.wave);
+    let both_dense = own.dense * other.dense / (own.dense + other.dense);
+    // The softer one's spring gives way most.
+    let damping = (own.damping * other.stiffness + other.damping * own.stiffness) / (own.stiffness + other.stiffness);
+    let taken = weight * SHOCK * (fast * both_dense) * (fast * both_dense) + k * damping * closing;
     let across = slid - dot(slid, n) * n;
     let most = min(own.friction, other.friction) * pressed;
     let kept = across * min(1.0, most / max(length(across), 1e-30));
-    (*sum).force += k * (pressed * n - kept);
+    (*sum).force += (k * pressed + taken) * n - k * kept;
     (*sum).slip += weight * kept;
     (*sum).weight += weight;
-    (*sum).energy += k * (0.25 * depth * depth * (1.0 + 0.5 * firm * firm) + 0.25 * dot(kept, kept));
+    (*sum).energy += k * (0.25 * depth * depth * (1.0 + 0.33333333 * firm) + 0.25 * dot(kept, kept));
     (*sum).deepest = max((*sum).deepest, depth);
+    (*sum).coming = max((*sum).coming, abs(rate));
 }
 
 @compute @workgroup_size(64)
@@ -79,7 +93,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     let slowest = texel(bounds, 4u * group.x + 2u).xyz;
     let fastest = texel(bounds, 4u * group.x + 3u).xyz;
     let reach = REACH * surface.dx;
-    var sum = Meeting(vec3f(0.0), vec3f(0.0), 0.0, 0.0, 0.0);
+    var sum = Meeting(vec3f(0.0), vec3f(0.0), 0.0, 0.0, 0.0, 0.0);
     var closing = 0.0;
     for (var tile = 0u; tile < groups; tile += 64u) {
         if (lane < 2u) { atomicStore(&near[lane], 0u); }
@@ -112,7 +126,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
                 for (var stretch = first; stretch < first + FACETS; stretch += 32u) {
                     var hits = 0u;
                     for (var k = 0u; k < count; k++) {
-                        let d = own.x - texel(patches, 4u * (stretch + k)).xyz;
+                        let d = own.x - texel(patches, 6u * (stretch + k)).xyz;
                         hits |= select(0u, 1u << k, dot(d, d) < reach * reach);
                     }
                     while (hits != 0u) {
@@ -126,7 +140,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         workgroupBarrier();
     }
     if ((own.tag & NO_FACET) != 0u) { return; }
-    ties.d[i] = Tie(sum.slip / max(sum.weight, 1e-30), sum.energy, own.x, 1u);
+    ties.d[i] = Tie(sum.slip / max(sum.weight, 1e-30), sum.energy, own.x, sum.deepest + NEAR * surface.dx);
     if (own.push != NOBODY) {
         let axis = (own.tag >> 8u) & 3u;
         let to = own.push + 1u + axis;
@@ -135,8 +149,10 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         if (BESIDE) { force += pushes.d[to].xyz; }
         pushes.d[to] = vec4f(force, way);
     }
-    let firm = sum.deepest / (FIRM * surface.dx);
-    // The springs' share of the fastest vibration, half of all at rest, grows by as much as the pressure steepens.
-    let stiff = clock.wave_speed * sqrt(1.0 + 1.5 * firm * firm);
-    if (closing > 0.0 || firm > 0.0) { atomicMax(&clock.speed_bits, bitcast<u32>(stiff + closing)); }
+    let firm = pow((sum.deepest + sum.coming * dt) / (FIRM * surface.dx), 4.0);
+    // The springs' share of the fastest vibration, half of all at rest, grows by as much as the pressure steepens. That of
+    // one step on, for it comes late otherwise.
+    let quick = closing + 2.0 * hurry(closing, 2.0 * clock.wave_speed);
+    let stiff = clock.wave_speed * sqrt(1.0 + 2.5 * firm);
+    if (closing > 0.0 || firm > 0.0) { atomicMax(&clock.speed_bits, bitcast<u32>(stiff + quick)); }
 }

@@ -3,6 +3,7 @@
 // facets. One lane a facet, one workgroup a group.
 //! texels cells: ElasticCell
 //! texels facets: Facet
+//! texels solids: Solid
 //! texels u: vec4f
 //! texels v: vec4f
 //! texels ties: Tie
@@ -16,6 +17,7 @@ struct AllBounds { d: array<Bounds> }
 @group(0) @binding(4) var ties: texture_1d<u32>;
 @group(0) @binding(5) var<storage, read_write> patches: Patches;
 @group(0) @binding(6) var<storage, read_write> bounds: AllBounds;
+@group(0) @binding(7) var solids: texture_1d<u32>;
 var<immediate> surface: Surface;
 
 // Where what is no facet lies [m].
@@ -43,6 +45,7 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
     let tie = texel(ties, 2u * i);
     let last = texel(ties, 2u * i + 1u);
     let point = bitcast<u32>(head.w);
+    let solid = load_solid(solids, bitcast<u32>(shape.w) & BODY_MASK);
     let tag = bitcast<u32>(shape.w);
     let axis = (tag >> 8u) & 3u;
     let way = select(-0.25, 0.25, (tag & 0x400u) != 0u);
@@ -65,12 +68,11 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         }
         let turned = cof * shape.xyz;
         normal = turned / max(length(turned), 1e-20);
-        let side = select(select(cof[0], cof[1], axis == 1u), cof[2], axis == 2u);
-        // A stretched face counts as it was at rest, as it does to obstacles.
-        area = side * (4.0 * way * face / max(length(side), 1.0));
+        area = (4.0 * way * face) * select(select(cof[0], cof[1], axis == 1u), cof[2], axis == 2u);
     }
-    let moved = select(vec3f(0.0), x - last.xyz, bitcast<u32>(last.w) != 0u);
-    patches.d[i] = Patch(x, tag, normal, law.x, area, law.y, 0.5 * tie.xyz + moved, bitcast<u32>(law.z));
+    let moved = select(vec3f(0.0), x - last.xyz, last.w > 0.0);
+    patches.d[i] = Patch(x, tag, normal, law.x, area, law.y, 0.5 * tie.xyz + moved, bitcast<u32>(law.z),
+        speed, sqrt(solid.density), select(FIRST * surface.dx, last.w, last.w > 0.0), solid.wave, solid.damping, 0u);
     places[lane] = x;
     speeds[lane] = speed;
     there[lane] = select(1u, 0u, (tag & NO_FACET) != 0u);

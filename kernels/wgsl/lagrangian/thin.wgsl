@@ -110,7 +110,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let solid = load_solid(solids, last.y >> 16u);
     let n = rows(u, low, high, last.x);
     var motion: Rows;
-    if (DAMPED) { motion = rows(v, low, high, last.x); }
+    if (DAMPED || SHOCKED) { motion = rows(v, low, high, last.x); }
     var sum = Rows();
     for (var i = 0u; i < thin.z; i += 4u) {
         let a = texel(places, thin.y + i);
@@ -124,8 +124,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let share = vec4f(a.w, b.w, c.w, d.w);
         let f = all_deformed(Four(derivatives(n, wa), derivatives(n, wb), derivatives(n, wc), derivatives(n, wd)));
         var p = stress(solid, f, share);
-        if (DAMPED) {
-            p = damped(solid, p, f, Four(derivatives(motion, wa), derivatives(motion, wb), derivatives(motion, wc),
+        if (DAMPED || SHOCKED) {
+            p = viscous(solid, p, f, Four(derivatives(motion, wa), derivatives(motion, wb), derivatives(motion, wc),
                 derivatives(motion, wd)), share);
         }
         sum = spread(spread(spread(spread(sum, p.a, wa), p.b, wb), p.c, wc), p.d, wd);

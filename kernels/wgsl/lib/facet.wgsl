@@ -4,6 +4,10 @@
 
 const FACETS: u32 = 64u;
 const NO_FACET: u32 = 0x80000000u;
+// Two facets meet no deeper than in the step before, the way they have come since then, and so much more, in cells: what
+// lies deeper are the backs of two bodies or rims that are pressed flat. In the first step they may be as deep as FIRST.
+const NEAR: f32 = 0.05;
+const FIRST: f32 = 0.5;
 const SHEET: u32 = 0x800u;      // the other side of its point lies bare as well
 
 // At rest.
@@ -28,6 +32,12 @@ struct Patch {
     friction: f32,
     slid: vec3f,        // its part of how far a pair has slid [m]
     push: u32,
+    v: vec3f,           // its velocity [m/s]
+    dense: f32,         // √ of the density at rest
+    reach: f32,         // how deep what it meets may be [m]
+    wave: f32,          // fastest elastic wave [m/s]
+    damping: f32,       // β [s], see `Solid`
+    spare: u32,
 }
 
 // What it keeps from step to step.
@@ -35,7 +45,7 @@ struct Tie {
     slip: vec3f,        // how far it has slid against what it touches and not let go [m]
     energy: f32,        // its half of the springs' [J]
     x: vec3f,           // where it was [m]
-    known: u32,         // 1 once that is so
+    reach: f32,         // how deep what it meets next may be [m]; 0 before the first step
 }
 
 // What it keeps of the grid's matter from step to step.
@@ -65,9 +75,12 @@ struct Surface {
 }
 
 fn load_patch(t: texture_1d<u32>, i: u32) -> Patch {
-    let a = texel(t, 4u * i);
-    let b = texel(t, 4u * i + 1u);
-    let c = texel(t, 4u * i + 2u);
-    let d = texel(t, 4u * i + 3u);
-    return Patch(a.xyz, bitcast<u32>(a.w), b.xyz, b.w, c.xyz, c.w, d.xyz, bitcast<u32>(d.w));
+    let a = texel(t, 6u * i);
+    let b = texel(t, 6u * i + 1u);
+    let c = texel(t, 6u * i + 2u);
+    let d = texel(t, 6u * i + 3u);
+    let e = texel(t, 6u * i + 4u);
+    let f = texel(t, 6u * i + 5u);
+    return Patch(a.xyz, bitcast<u32>(a.w), b.xyz, b.w, c.xyz, c.w, d.xyz, bitcast<u32>(d.w), e.xyz, e.w,
+        f.x, f.y, f.z, 0u);
 }

@@ -69,6 +69,7 @@ struct Solid {
     wave: f32,          // fastest elastic wave [m/s]
     damping: f32,       // β [s]: stress gains β times its rate
     gravity: vec3f,     // [m/s²]
+    density: f32,       // at rest [kg/m³]
 }
 
 // A point at the surface, at rest.
@@ -86,7 +87,8 @@ fn load_solid(t: texture_1d<u32>, i: u32) -> Solid {
     let a = textureLoad(t, 3u * i, 0);
     let b = textureLoad(t, 3u * i + 1u, 0);
     let c = bitcast<vec4f>(b);
-    return Solid(a.x, a.y, bitcast<f32>(a.z), bitcast<f32>(a.w), c.x, c.y, c.z, c.w, texel(t, 3u * i + 2u).xyz);
+    let d = texel(t, 3u * i + 2u);
+    return Solid(a.x, a.y, bitcast<f32>(a.z), bitcast<f32>(a.w), c.x, c.y, c.z, c.w, d.xyz, d.w);
 }
 
 // A sum over the nodes of a cell at one of its points: the value, its derivatives by x, y, z a cell, and the second

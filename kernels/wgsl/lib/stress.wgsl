@@ -1,4 +1,4 @@
-//! use lib/clock lib/reference lib/polar
+//! use lib/clock lib/reference lib/polar lib/shock
 //! family piola
 // Stress at points of a body, and what the clock is told of it: whoever uses this has `reference` and `clock`.
 
@@ -11,12 +11,16 @@ override SLACK: f32 = 1.1;
 // A body is damped.
 override DAMPED: bool = false;
 
+// Bodies may meet something faster than a quarter of their waves' speed.
+override SHOCKED: bool = false;
+
 // ω dx/(2 c) of the fastest vibration there may be: lattices of ragged bodies stand steps of 0.9 dx/c.
 override QUICK: f32 = 1.1;
 
 var<private> squeezed: u32;
 var<private> torn: u32;
 var<private> stiffest: f32;
+var<private> thickest: f32;     // [m/s]
 
 // Derivatives of a point from those a cell, and F from those of the displacement.
 fn slope(x: vec3f, y: vec3f, z: vec3f) -> mat3x3f {
@@ -61,9 +65,32 @@ fn damped_at(solid: Solid, f: mat3x3f, rate: mat3x3f, share: f32) -> mat3x3f {
     s[2].z += swells;
     return (-solid.damping * share * solid.volume / reference.dx) * (f * s);
 }
-fn damped(solid: Solid, p: Four, f: Four, rate: Four, share: vec4f) -> Four {
-    return Four(p.a + damped_at(solid, f.a, rate.a, share.x), p.b + damped_at(solid, f.b, rate.b, share.y),
-        p.c + damped_at(solid, f.c, rate.c, share.z), p.d + damped_at(solid, f.d, rate.d, share.w));
+
+// What a shock adds: the pressure q on cof F, with w = −dx (cof F : Ḟ)/|cof F| the speed at which a cell closes across its
+// thinnest direction, and the density ρ/J.
+fn shocked_at(solid: Solid, f: mat3x3f, rate: mat3x3f, share: f32) -> mat3x3f {
+    let c = cofactor(f);
+    let j = max(dot(f[0], c[0]), LEAST_VOLUME);
+    let wide = sqrt(max(1.0, squares(c) - 2.0));
+    let closing = -reference.dx * (dot(c[0], rate[0]) + dot(c[1], rate[1]) + dot(c[2], rate[2])) / wide;
+    let fast = hurry(closing, solid.wave);
+    // dq/dw a cell, over the density at rest.
+    thickest = max(thickest, select(0.0, 2.0 * SHOCK * fast * wide / j, share > 0.0));
+    return (SHOCK * solid.density * fast * fast / j * share * solid.volume / reference.dx) * c;
+}
+
+// What the rate of the deformation adds to forces at four points.
+fn viscous(solid: Solid, p: Four, f: Four, rate: Four, share: vec4f) -> Four {
+    var all = p;
+    if (DAMPED) {
+        all = Four(all.a + damped_at(solid, f.a, rate.a, share.x), all.b + damped_at(solid, f.b, rate.b, share.y),
+            all.c + damped_at(solid, f.c, rate.c, share.z), all.d + damped_at(solid, f.d, rate.d, share.w));
+    }
+    if (SHOCKED) {
+        all = Four(all.a + shocked_at(solid, f.a, rate.a, share.x), all.b + shocked_at(solid, f.b, rate.b, share.y),
+            all.c + shocked_at(solid, f.c, rate.c, share.z), all.d + shocked_at(solid, f.d, rate.d, share.w));
+    }
+    return all;
 }
 
 // Waves in what is deformed are faster than at rest, which shortens the next step.
@@ -71,7 +98,8 @@ fn tell_clock(solid: Solid) {
     let undamped = solid.wave * sqrt(stiffest / (solid.lambda + 2.0 * solid.mu));
     // At Courant's limit ω dt = 2; with ζ of critical damping a step may have 1/(ζ + sqrt(1 + ζ²)) of that (Belytschko).
     // What is faster than any number stays so without damping.
-    let z = select(0.0, QUICK * solid.damping * undamped / reference.dx, solid.damping > 0.0);
+    let z = select(0.0, QUICK * solid.damping * undamped / reference.dx, solid.damping > 0.0)
+        + select(0.0, QUICK * thickest / undamped, thickest > 0.0);
     let wave = undamped * (z + sqrt(1.0 + z * z));
     if (wave > SLACK * clock.wave_speed) { atomicMax(&clock.speed_bits, bitcast<u32>(wave)); }
     if (squeezed > 0u) { atomicAdd(&clock.clamped_volume, squeezed); }

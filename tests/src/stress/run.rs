@@ -46,12 +46,6 @@ fn begin<'g>(
     Ok(Ok(Box::new(own)))
 }
 
-/// How much more energy than a case says a method may show: the guard of bodies on grids of their own lets half of it by
-/// in a frame.
-fn lenient(method: &str) -> f64 {
-    if method == "total_lagrangian" { 2.0 } else { 1.0 }
-}
-
 fn refused(case: &Case, material: &'static str, method: &'static str, why: String) -> Row {
     Row {
         case: case.name,
@@ -203,7 +197,7 @@ fn once(gpu: &Gpu, case: &Case, material: &'static str, method: &'static str) ->
     let empty = begun[3] == 0.0 && world.bodies.iter().all(|b| b.emission.is_none());
     let of_bound = match bound {
         _ if error.is_some() || empty => 0.0,
-        Bound::Energy(times, besides) => most[1] / (lenient(method) * times * at_hand + besides),
+        Bound::Energy(times, besides) => most[1] / (times * at_hand + besides),
         // Single precision's rounding besides.
         Bound::SpeedLimit => most[0] / (0.5 * begun[3] * f64::from(0.9 * world.dx / dt).powi(2) * (1.0 + 1e-6)),
     };

@@ -3,15 +3,33 @@
 use physvideo::scene::Material;
 
 use super::step::drop;
-use super::{Bound, Case, EVERY, MATERIALS, PARTICLES, Setup, Verdict};
+use super::{Bound, Case, ELASTIC, EVERY, MATERIALS, PARTICLES, Setup, Verdict};
 use crate::problems::setup::Lattice;
 
+/// What bodies on grids of their own are made of.
+const BOUNCY: &[&str] = &["elastic", "neo_hookean"];
 const ANY: &[Verdict] = &[Verdict::Clean, Verdict::Counted, Verdict::TakenBack];
 
 fn impact(material: Material, speed: f64) -> Setup {
     let mut s = drop(material, 1000.0, speed);
     s.length = 2e-3;
     s.frames = 8;
+    s
+}
+
+/// Two cubes that meet in the air, each at half of `speed`.
+fn meeting(material: Material, speed: f64) -> Setup {
+    let mut s = impact(material, 0.5 * speed);
+    let lattice = Lattice::of_eight(super::step::DX);
+    let cube = lattice.fill([0.0, 0.0, 0.3], [0.25, 0.25, 0.55], |_| true);
+    s.world.gravity = [0.0; 3];
+    s.world.colliders.clear();
+    s.world.bodies = vec![
+        lattice.body(material, 1000.0, &cube, |_| [0.0, 0.0, -0.5 * speed]),
+        lattice.body(material, 1000.0, &lattice.fill([0.0, 0.0, 0.035], [0.25, 0.25, 0.285], |_| true), |_| {
+            [0.0, 0.0, 0.5 * speed]
+        }),
+    ];
     s
 }
 
@@ -48,10 +66,12 @@ const fn case(
     Case { name, solvers, materials: &MATERIALS, large: false, repeats: true, expect, elsewhere: ANY, setup }
 }
 
-pub const CASES: [Case; 6] = [
+pub const CASES: [Case; 8] = [
     case("impact at 40 m/s", EVERY, ANY, |m| impact(m, 40.0)),
     case("impact at 50 m/s", EVERY, ANY, |m| impact(m, 50.0)),
     case("impact at 100 m/s", EVERY, ANY, |m| impact(m, 100.0)),
+    Case { materials: BOUNCY, ..case("two bodies that meet at 20 m/s", ELASTIC, ANY, |m| meeting(m, 20.0)) },
+    Case { materials: BOUNCY, ..case("two bodies that meet at 40 m/s", ELASTIC, ANY, |m| meeting(m, 40.0)) },
     case("a thousandfold density on top", PARTICLES, ANY, heavy),
     case("leaving the domain at 30 m/s", EVERY, &[Verdict::TakenBack], leaving),
     Case {

@@ -192,7 +192,7 @@ fn moving_obstacles_push() {
     assert!(nearest > 0.4 - 0.01, "the wall is at 0.4 m, the block at {nearest}");
 }
 
-/// 40 m/s on a jelly whose waves run at 26 m/s: the body survives and bounces, and the energy is bounded.
+/// 40 m/s on a jelly whose waves run at 26 m/s: the body survives and bounces, and no energy is made.
 #[test]
 fn a_hard_impact_is_survived() {
     let gpu = gpu();
@@ -205,9 +205,8 @@ fn a_hard_impact_is_survived() {
     }
     let m = s.measure(0).unwrap();
     println!("impact: energy {:.3}, up at {:.1} m/s, {all:?}", energy(&s) / start, m.momentum[2] / m.mass);
-    // Crushed at 1.5 times the speed of its waves, points fold over; each passes σ2 + σ3 = 0, where the rotation jumps. That
-    // makes up half of the energy again (1.47 measured), which goes into vibration and never into the rebound.
+    // The shock takes half of the energy; without its pressure points fold over, and there is half as much again.
     let up = m.momentum[2] / m.mass;
-    assert!(energy(&s) < 1.7 * start && (10.0..40.0).contains(&up), "{} of {start} J, {up} m/s", energy(&s));
+    assert!(energy(&s) < 0.7 * start && (10.0..40.0).contains(&up), "{} of {start} J, {up} m/s", energy(&s));
     assert!(particles(&gpu, &s).iter().all(|p| p.x.iter().all(|c| c.abs() < 2.0)));
 }

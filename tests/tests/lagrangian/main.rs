@@ -11,4 +11,5 @@ mod motion;
 mod pair;
 mod rest;
 mod setup;
+mod shock;
 mod thin;

@@ -253,8 +253,8 @@ fn a_hard_impact_does_not_pass_through() {
         energy(&s, 2) / start
     );
     assert!(left < -0.2 && right > 0.2 && a < -10.0 && b > 10.0, "{left}, {right}, {a}, {b}");
-    // Points that fold over make energy, as they do in an impact on a ground.
-    assert!(energy(&s, 2) < 1.2 * start && (a + b).abs() < 1e-3, "{} of {start} J", energy(&s, 2));
+    // The shock takes a quarter of the energy.
+    assert!(energy(&s, 2) < 0.9 * start && (a + b).abs() < 1e-3, "{} of {start} J", energy(&s, 2));
 }
 
 /// The same bits twice, with bodies that touch.

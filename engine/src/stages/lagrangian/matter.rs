@@ -125,7 +125,7 @@ impl Matter {
     /// Adds what the matter does to the pushes of obstacles and other bodies, and gives the opposite to the grid.
     pub fn record(&self, rec: &mut Recording, of: &Moved, groups: Groups) {
         let Some(Shared { grid, table, nodes, gifts }) = self.shared else { return };
-        let Moved { cells, state, pushes, clock } = *of;
+        let Moved { cells, state, pushes, clock, .. } = *of;
         let Self { facets, touches, .. } = *self;
         let immediates = Grid { count: self.count, ..grid };
         let press = lagrangian::Press {

@@ -30,7 +30,7 @@ use self::frame::Items;
 use self::matter::Matter;
 use self::pairs::{Moved, Pairs};
 use self::reference::Reference;
-use self::start::constants;
+use self::start::{constants, shocked};
 use super::solver::CALLS;
 use crate::world::World;
 
@@ -167,7 +167,8 @@ impl<'gpu> Lagrangian<'gpu> {
         let damped = world.bodies.iter().zip(own).any(|(b, own)| *own && b.damping > 0.0);
         let constants = constants(world)
             .with("MIRRORED", f64::from(u8::from(reference.mirrored())))
-            .with("DAMPED", f64::from(u8::from(damped)));
+            .with("DAMPED", f64::from(u8::from(damped)))
+            .with("SHOCKED", f64::from(u8::from(shocked(world, own))));
         let obstacles = !world.colliders.is_empty();
         let several = own.iter().filter(|own| **own).count() > 1;
         let facets =
@@ -256,8 +257,8 @@ impl<'gpu> Lagrangian<'gpu> {
             stop: None,
             guarded: world.force_dt.is_none(),
             obstacles,
-            // Bodies may begin within a step of each other.
-            speed: if pairs.is_some() { world.wave_speeds().1 + 2.0 * world.start_speed() } else { 0.0 },
+            // Bodies may begin within a step of each other, or of an obstacle.
+            speed: if pairs.is_some() || obstacles { world.wave_speeds().1 + 3.0 * world.start_speed() } else { 0.0 },
             pairs,
             matter,
             dx: world.dx,
@@ -312,6 +313,11 @@ impl<'gpu> Lagrangian<'gpu> {
         let as_vec4 = |v: [f64; 3]| [v[0] as f32, v[1] as f32, v[2] as f32, 0.0];
         self.gpu.write(self.state.u, 0, &both.iter().map(|b| as_vec4(b.0)).collect::<Vec<_>>())?;
         self.gpu.write(self.state.v, 0, &both.iter().map(|b| as_vec4(b.1)).collect::<Vec<_>>())?;
+        // The first step has to know of waves in what is squeezed.
+        let mut rec = Recording::new("waves");
+        self.record_forces(&mut rec, &|items| Groups::Direct([self.items(items).div_ceil(64), 1, 1]));
+        self.gpu.run(&rec)?;
+        self.speed = f32::from_bits(self.gpu.read(self.clock)?[0].speed_bits);
         self.sample()
     }
 
@@ -350,12 +356,23 @@ impl<'gpu> Lagrangian<'gpu> {
             rec.call(&contact, k, groups(Items::Skins));
         }
         if let Some(pairs) = &self.pairs {
-            let moved = Moved { cells, state: self.state, pushes, clock };
+            let moved = Moved { cells, solids, state: self.state, pushes, clock };
             pairs.record(rec, &moved, groups(Items::Facets));
         }
         if let Some(matter) = self.matter.as_ref().filter(|_| shared) {
-            matter.record(rec, &Moved { cells, state: self.state, pushes, clock }, groups(Items::Facets));
+            matter.record(rec, &Moved { cells, solids, state: self.state, pushes, clock }, groups(Items::Facets));
         }
+        self.record_forces(rec, &groups);
+        let advance =
+            lagrangian::Advance { nodes, solids, shares, forces, u_was: u, v_was: v, u, v, clock, immediates };
+        rec.call(&advance, k, groups(Items::Nodes));
+    }
+
+    /// What deforms and what is pushed, on the nodes of each cell.
+    fn record_forces(&self, rec: &mut Recording, groups: &dyn Fn(Items) -> Groups) {
+        let k = &self.constants;
+        let Self { cells, solids, clock, shares, pushes, sizes: immediates, .. } = *self;
+        let State { u, v, .. } = self.state;
         let force = lagrangian::Force { cells, solids, u, v, pushes, shares, clock, immediates };
         for (pushed, items) in [(1.0, Items::Touched), (0.0, Items::Inside)] {
             if self.items(items) > 0 {
@@ -367,9 +384,6 @@ impl<'gpu> Lagrangian<'gpu> {
                 lagrangian::Thin { cells, solids, thins, places, u, v, shares_was: shares, shares, clock, immediates };
             rec.call(&thin, k, groups(Items::Thin));
         }
-        let advance =
-            lagrangian::Advance { nodes, solids, shares, forces, u_was: u, v_was: v, u, v, clock, immediates };
-        rec.call(&advance, k, groups(Items::Nodes));
     }
 
     /// Brings the particles up to date with the nodes.

@@ -24,6 +24,7 @@ pub(super) struct Pairs {
 /// What they are of: the bodies, where they have moved to, and where their contact pushes.
 pub(super) struct Moved {
     pub cells: Buf<kernels::ElasticCell>,
+    pub solids: Buf<kernels::Solid>,
     pub state: State,
     pub pushes: Buf<[f32; 4]>,
     pub clock: Buf<Clock>,
@@ -54,8 +55,8 @@ impl Pairs {
     /// Adds what bodies do to each other to the pushes of obstacles.
     pub fn record(&self, rec: &mut Recording, of: &Moved, groups: Groups) {
         let Self { facets, patches, bounds, ties, sizes: immediates, .. } = *self;
-        let Moved { cells, state: State { u, v, .. }, pushes, clock } = *of;
-        let surface = lagrangian::Surface { cells, facets, u, v, ties, patches, bounds, immediates };
+        let Moved { cells, solids, state: State { u, v, .. }, pushes, clock } = *of;
+        let surface = lagrangian::Surface { cells, facets, solids, u, v, ties, patches, bounds, immediates };
         rec.call(&surface, &self.constants, groups);
         rec.call(&lagrangian::Meet { patches, bounds, ties, pushes, clock, immediates }, &self.constants, groups);
     }

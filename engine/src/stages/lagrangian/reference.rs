@@ -122,7 +122,7 @@ impl Reference {
             wave: body.wave_speed(),
             damping: body.damping,
             gravity: constants.gravity,
-            ..Default::default()
+            density: body.density,
         });
         let held = |i: usize| body.pinned.get(i) == Some(&true);
         let mut points: HashMap<At, Points> = HashMap::new();

@@ -4,6 +4,7 @@ use bytemuck::Zeroable;
 use physvideo_gpu::Constants;
 use physvideo_gpu::kernels::{self, Deformation, Member, Particle};
 
+use crate::cap::Expected;
 use crate::stages::solver::PINNED;
 use crate::world::World;
 
@@ -16,6 +17,15 @@ pub(super) fn constants(world: &World) -> Constants {
     };
     let flag = |on: bool| if on { 1.0 } else { 0.0 };
     kernels::MEMBERS.iter().fold(Constants::none(), |all, member| all.with(member.flag, flag(uses(member))))
+}
+
+/// Share of the waves' speed from which on what closes is a shock (`CALM` in WGSL).
+const CALM: f64 = 0.25;
+
+/// Whether any of the bodies that are its `own` may meet something so fast that a shock runs into it.
+pub(super) fn shocked(world: &World, own: &[bool]) -> bool {
+    let waves = world.bodies.iter().zip(own).filter(|(_, own)| **own).map(|(b, _)| f64::from(b.wave_speed()));
+    Expected::of(world).speed() > CALM * waves.fold(f64::INFINITY, f64::min)
 }
 
 /// Particles at the start. Those that are held never change.

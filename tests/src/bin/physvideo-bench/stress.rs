@@ -77,8 +77,7 @@ fn markdown(gpu: &Gpu, rows: &[Row]) -> String {
          the million particles and the paper's cube blown up by a forced step: where thousands of particles crowd in one \
          row of cells the software driver, which ends a lane's loops after 65,535 turns, does not put all in order. Nothing \
          that is not a number was left in. *Energy drift* is that of kinetic, elastic and potential energy over what the \
-         case had at hand, *of the bound* the largest energy over what the case allows (twice that on grids of their own, \
-         whose guard lets half of the energy by in a frame). The energy of a liquid of SPH is \
+         case had at hand, *of the bound* the largest energy over what the case allows. The energy of a liquid of SPH is \
          that of its motion and height alone.\n\n",
         gpu.info.name
     );

@@ -3,7 +3,10 @@
 
 use physvideo_gpu::kernels::{Clock, ElasticCell, Reference, Solid};
 
-use super::{Bodies, DX, around, at_point, cofactor, damped, gradient, piola, quarter, solids, viscous, weight};
+use super::{
+    Bodies, DX, WAVE, around, at_point, cofactor, damped, gradient, piola, quarter, shock, solids, squash, viscous,
+    weight,
+};
 use crate::proof::mpm::{Mat3, Vec3, vec3};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 use crate::random::Random;
@@ -46,7 +49,7 @@ fn inputs(ask: Ask) -> Call {
     if ask.seed % 3 == 2 {
         b.sizes.touched = 0;
     }
-    let clock = Clock { wave_speed: 6.0, speed_bits: 0.5f32.to_bits(), ..Default::default() };
+    let clock = Clock { wave_speed: WAVE as f32, speed_bits: 0.5f32.to_bits(), ..Default::default() };
     Call::new(b.cells.len().div_ceil(64) + 1)
         .constant("PUSHED", f64::from(u8::from(pushed)))
         .immediates(&b.sizes)
@@ -56,6 +59,7 @@ fn inputs(ask: Ask) -> Call {
         .with("u", &b.u)
         .with("v", &b.v)
         .constant("DAMPED", f64::from(u8::from(ask.seed % 2 == 1)))
+        .constant("SHOCKED", f64::from(u8::from(ask.seed % 4 < 2)))
         .with("pushes", &pushes)
         .with("clock", &[clock])
         .with("shares", &vec![[f32::NAN; 4]; 27 * b.cells.len()])
@@ -66,7 +70,7 @@ pub fn stiff(solid: &Solid, f: &Mat3) -> f64 {
     let (mu, lambda) = (f64::from(solid.mu), f64::from(solid.lambda));
     let (wide, j) = ((cofactor(f).norm_squared() - 2.0).max(1.0), f.determinant().max(0.05));
     match solid.material {
-        1 => 2.0 * mu + lambda * wide,
+        1 => 2.0 * mu + lambda * (1.0 + squash(f.determinant()).1) * wide,
         2 => mu + (lambda * (1.0 - j.ln()).max(0.0) + mu) * wide / (j * j),
         _ => 0.0,
     }
@@ -77,7 +81,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let (cells, solids): (Vec<ElasticCell>, Vec<Solid>) = (input.get("cells"), input.get("solids"));
     let (u, pushes): (Vec<[f32; 4]>, Vec<[f32; 4]>) = (input.get("u"), input.get("pushes"));
     let v: Vec<[f32; 4]> = input.get("v");
-    let kelvin = call.constants.clone().with("DAMPED", 1.0) == call.constants;
+    let [kelvin, shocked] = ["DAMPED", "SHOCKED"].map(|flag| call.constants.clone().with(flag, 1.0) == call.constants);
     let shares: Vec<[f32; 4]> = out.get("shares");
     let (was, clock): (Clock, Clock) = (input.one("clock"), out.one("clock"));
     let (mut got, mut want, mut scale) = (Vec::new(), Vec::new(), Vec::new());
@@ -91,6 +95,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             continue;
         }
         let solid = &solids[(cell.mask >> 16) as usize];
+        let (mut stiffest, mut thickest) = (0.0f64, 0.0f64);
         let (mut sum, mut size) = ([Vec3::zeros(); 27], 1e-6);
         let mut skin = cell.skin as usize;
         let mut tainted = false;
@@ -106,20 +111,28 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             let j = f.determinant();
             flat += u32::from(j < 0.05);
             close |= (j - 0.05).abs() < 1e-4;
-            let s = (stiff(solid, &f) / f64::from(solid.lambda + 2.0 * solid.mu)).sqrt();
-            fastest = fastest.max(damped(solid, f64::from(solid.wave) * s));
+            let steep = stiff(solid, &f);
+            stiffest = stiffest.max(steep);
             // The rotation has no derivative where two singular values cancel.
             let values = f.svd(false, false).singular_values;
             let mut order: Vec<f64> = values.iter().copied().collect();
             order.sort_by(f64::total_cmp);
             tainted |= solid.material == 1 && j < 0.0 && order[1] - order[0] < 0.05 * order[2];
             let rate = at_point(cell, &v, place).1;
+            let volume = f64::from(solid.volume);
             let mut p = piola(solid, &f);
             if kelvin {
                 p += viscous(solid, &f, &rate);
             }
-            let volume = f64::from(solid.volume);
+            if shocked {
+                let (more, thick) = shock(solid, &f, &rate);
+                p += more;
+                thickest = thickest.max(thick);
+                size += volume * more.norm() / DX;
+            }
             size += volume * f64::from(solid.mu + solid.lambda) * (1.0 + f.norm().powi(3)) / DX;
+            // J is rounded by some 2e-7 of ‖F‖ |cof F|, which the slope of the pressure passes on.
+            size += 0.1 * volume * steep * f.norm() / DX;
             for (sum, s) in sum.iter_mut().zip(around()) {
                 *sum -= volume * p * gradient(s, place);
             }
@@ -138,6 +151,8 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             }
             skin += 1;
         }
+        let waves = f64::from(solid.wave) * (stiffest / f64::from(solid.lambda + 2.0 * solid.mu)).sqrt();
+        fastest = fastest.max(damped(solid, waves, thickest));
         if tainted {
             sound = false;
             continue;

@@ -24,6 +24,8 @@ pub const NOBODY: u32 = u32::MAX;
 pub const HELD: u32 = 0x4000_0000;
 /// Cell size [m].
 pub const DX: f64 = 0.04;
+/// Fastest wave [m/s]: nodes move at up to 1 m/s, so that some of what closes is a shock.
+pub const WAVE: f64 = 2.4;
 
 type At = [i32; 3];
 
@@ -58,19 +60,46 @@ pub fn solids() -> Vec<Solid> {
         lambda: b.lambda,
         volume: (0.125 * DX.powi(3)) as f32,
         stiffness: 4e4,
-        wave: 6.0,
+        wave: WAVE as f32,
+        density: 500.0,
         gravity: b.gravity,
         damping: if b.material == kernels::family::material::COROTATED { 3e-3 } else { 0.0 },
-        ..Default::default()
     };
     let elastic = [kernels::family::material::COROTATED, kernels::family::material::NEO_HOOKEAN, u32::MAX];
     bodies().iter().filter(|b| elastic.contains(&b.material)).map(solid).collect()
 }
 
-/// Speed that limits the step where waves have speed c: ω dt ≤ 2 (sqrt(1 + ζ²) − ζ) with ζ = β ω/2 and ω = 2.2 c/dx.
-pub fn damped(solid: &Solid, c: f64) -> f64 {
-    let zeta = 1.1 * f64::from(solid.damping) * c / DX;
+/// Speed that limits the step where waves have speed c: ω dt ≤ 2 (sqrt(1 + ζ²) − ζ) with ζ = (β + η/(ρ c²)) ω/2 and
+/// ω = 2.2 c/dx; `thick` is η/(ρ dx), of the shock.
+pub fn damped(solid: &Solid, c: f64, thick: f64) -> f64 {
+    let zeta = 1.1 * f64::from(solid.damping) * c / DX + if thick > 0.0 { 1.1 * thick / c } else { 0.0 };
     c / ((1.0 + zeta * zeta).sqrt() - zeta)
+}
+
+/// Part of a closing speed above a quarter of the waves' [m/s].
+pub fn hurry(closing: f64, waves: f64) -> f64 {
+    (closing - 0.25 * waves).max(0.0)
+}
+
+/// What a shock adds (von Neumann & Richtmyer): −J q F⁻ᵀ with q = 1.5 ρ/J w², w the part that counts of the speed at which
+/// the cell's two sides come together; and the slope of q against the rate of that, over the density at rest [m/s].
+pub fn shock(solid: &Solid, f: &Mat3, rate: &Mat3) -> (Mat3, f64) {
+    let (c, j) = (cofactor(f), f.determinant().max(0.05));
+    // |cof F| of a squeeze along one axis: the other two singular values' product.
+    let wide = (c.norm_squared() - 2.0).max(1.0).sqrt();
+    let w = hurry(-DX * c.dot(rate) / wide, f64::from(solid.wave));
+    (-1.5 * f64::from(solid.density) / j * w * w * c, 3.0 * w * wide / j)
+}
+
+/// Pressure over λ that fixed-corotated bodies gain below a third of their volume, and its slope against J, reversed.
+pub fn squash(j: f64) -> (f64, f64) {
+    let at = |j: f64| (12.0 * (1.0 / (3.0 * j) - 2.0 + 3.0 * j), 12.0 * (1.0 / (3.0 * j * j) - 3.0));
+    match j {
+        _ if j > 1.0 / 3.0 => (0.0, 0.0),
+        _ if j > 0.05 => at(j),
+        // Below 0 the slope still counts for the step.
+        _ => (at(0.05).0 + at(0.05).1 * (0.05 - j.max(0.0)), at(0.05).1),
+    }
 }
 
 /// What damping adds to it, by its definition: F S, S = β (2μ Ė + λ tr Ė), Ė = (Fᵀ Ḟ + Ḟᵀ F)/2.
@@ -113,13 +142,17 @@ pub fn gradient(steps: At, place: [f64; 3]) -> Vec3 {
 }
 
 /// First Piola–Kirchhoff stress of the materials: fixed-corotated (Stomakhin 2012) and neo-Hookean (Bonet & Wood), whose
-/// logarithm and quotient stop at J = 0.05.
+/// factor of cof F goes on along its tangent below J = 0.05.
 pub fn piola(solid: &Solid, f: &Mat3) -> Mat3 {
     let (mu, lambda) = (f64::from(solid.mu), f64::from(solid.lambda));
     let (c, j) = (cofactor(f), f.determinant());
     match solid.material {
-        1 => 2.0 * mu * (f - law::rotation(f)) + lambda * (j - 1.0) * c,
-        2 => mu * f + (lambda * j.max(0.05).ln() - mu) / j.max(0.05) * c,
+        1 => 2.0 * mu * (f - law::rotation(f)) + lambda * (j - 1.0 - squash(j).0) * c,
+        2 => {
+            let k = j.max(0.05);
+            let factor = (lambda * k.ln() - mu) / k + (lambda * (1.0 - k.ln()) + mu) / (k * k) * (j - k);
+            mu * f + factor * c
+        }
         _ => Mat3::zeros(),
     }
 }

@@ -137,7 +137,8 @@ impl Law {
         // From the side that is denser, by how much steeper that is than a flat surface.
         let sheet = f.tag & SHEET != 0;
         let against = if sheet { (slope.dot(&n) * DX / 0.55).clamp(-1.0, 1.0) } else { 1.0 };
-        let k = area.norm() / (1.0 / f64::from(f.stiffness) + 1.0 / STIFFNESS);
+        // A stretched face counts as it was at rest.
+        let k = area.norm().min(0.25 * DX * DX) / (1.0 / f64::from(f.stiffness) + 1.0 / STIFFNESS);
         let slid = vec3(&was.slip) + f64::from(was.dt) * rate;
         let along = slid - n * slid.dot(&n);
         let most = f64::from(f.friction).min(FRICTION) * depth;

@@ -3,7 +3,7 @@
 
 use physvideo_gpu::kernels::{Bounds, ElasticCell, Facet, Patch, Surface, Tie};
 
-use super::{Bodies, DX, NOBODY, at_point, cofactor, quarter};
+use super::{Bodies, DX, NOBODY, WAVE, at_point, cofactor, quarter, solids};
 use crate::proof::mpm::{Mat3, Vec3, vec3};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 use crate::random::Random;
@@ -45,7 +45,7 @@ pub fn facets(b: &Bodies, random: &mut Random) -> Vec<Facet> {
             }
         })
         .collect();
-    all.resize(all.len().next_multiple_of(GROUP), Facet { tag: 3 | NO_FACET, point: NOBODY, ..Default::default() });
+    all.resize(all.len().next_multiple_of(GROUP), Facet { tag: 2 | NO_FACET, point: NOBODY, ..Default::default() });
     all
 }
 
@@ -62,7 +62,7 @@ fn inputs(ask: Ask) -> Call {
             slip: random.vector(0.01),
             energy: 7.0,
             x: std::array::from_fn(|a| f.x[a] + was[a]),
-            known: u32::from(random.chance(0.8)),
+            reach: if random.chance(0.8) { random.range(0.3, 1.5) * DX as f32 } else { 0.0 },
         }
     };
     let ties: Vec<Tie> = all.iter().map(tie).collect();
@@ -71,6 +71,7 @@ fn inputs(ask: Ask) -> Call {
         .immediates(&Surface { dx: DX as f32, facets: all.len() as u32 })
         .with("cells", &b.cells)
         .with("facets", &all)
+        .with("solids", &solids())
         .with("u", &b.u)
         .with("v", &b.v)
         .with("ties", &ties)
@@ -92,7 +93,7 @@ pub(super) fn moved(f: &Facet, cells: &[ElasticCell], u: &[[f32; 4]], v: &[[f32;
         speed = at_point(cell, v, place).0;
     }
     let (normal, side) = (cof * vec3(&f.normal), cof.column(axis).into_owned());
-    let area = 0.25 * DX * DX * way / side.norm().max(1.0) * side;
+    let area = 0.25 * DX * DX * way * side;
     (x, speed, normal.normalize(), area)
 }
 
@@ -130,7 +131,12 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             add(&patch.x, x, 1.0);
             add(&patch.normal, normal, 5.0);
             add(&patch.area, area, 5.0 * DX * DX);
-            let way = if ties[i].known != 0 { x - vec3(&ties[i].x) } else { Vec3::zeros() };
+            add(&patch.v, speed, 1.0);
+            // The root of 500 kg/m³.
+            kept &= (patch.dense - 22.36068).abs() < 1e-4;
+            let reach = if ties[i].reach > 0.0 { ties[i].reach } else { 0.5 * DX as f32 };
+            kept &= patch.reach == reach && patch.wave == WAVE as f32;
+            let way = if ties[i].reach > 0.0 { x - vec3(&ties[i].x) } else { Vec3::zeros() };
             add(&patch.slid, 0.5 * vec3(&ties[i].slip) + way, 1.0);
         }
         kept &= bounds[g].body == group[0].tag & 0xff;

@@ -5,6 +5,7 @@ use physvideo_gpu::kernels::Body;
 use physvideo_gpu::kernels::family::material::{COROTATED, LIQUID, NEO_HOOKEAN, PLASTIC, SAND, SNOW};
 
 use super::{Mat3, Vec3};
+use crate::proof::lagrangian::squash;
 
 /// What a material makes of a trial deformation.
 #[derive(Clone, Debug)]
@@ -46,6 +47,19 @@ pub fn rotation(f: &Mat3) -> Mat3 {
     u * v.transpose()
 }
 
+/// Work over λ of the pressure b that fixed-corotated bodies gain below a third of their volume: ∫ b dJ by Simpson's rule.
+fn squash_energy(j: f64) -> f64 {
+    // Between its kinks at 0.05 and 0 the pressure is a line, and the same below.
+    let k = j.max(0.05);
+    let line = 0.5 * (k - j.clamp(0.0, k)) * (squash(k).0 + squash(j.clamp(0.0, k)).0) - j.min(0.0) * squash(0.0).0;
+    let (n, h) = (2000, (1.0 / 3.0 - k) / 2000.0);
+    if h <= 0.0 {
+        return 0.0;
+    }
+    let weight = |i: i32| if i == 0 || i == n { 1.0 } else { f64::from(2 + 2 * (i % 2)) };
+    (0..=n).map(|i| weight(i) * squash(k + f64::from(i) * h).0).sum::<f64>() * h / 3.0 + line
+}
+
 /// The material's answer to a trial deformation, `memory` and velocity gradient [1/s].
 pub fn respond(body: &Body, f: &Mat3, memory: f64, gradient: &Mat3) -> Response {
     let (mu, lambda) = (f64::from(body.mu), f64::from(body.lambda));
@@ -61,12 +75,16 @@ pub fn respond(body: &Body, f: &Mat3, memory: f64, gradient: &Mat3) -> Response 
     };
     let stretch = f64::max(1.0, f.norm_squared() - 2.0);
     match body.material {
-        // Fixed-corotated (Stomakhin 2012): ψ = μ ‖F − R‖² + λ/2 (J − 1)², P = 2μ (F − R) + λ (J − 1) J F⁻ᵀ.
+        // Fixed-corotated (Stomakhin 2012): ψ = μ ‖F − R‖² + λ/2 (J − 1)², P = 2μ (F − R) + λ (J − 1) J F⁻ᵀ, and more
+        // below a third of the volume.
         COROTATED => {
             let apart = f - rotation(f);
-            let tau = 2.0 * mu * apart * f.transpose() + one * (lambda * (j - 1.0) * j);
-            let stiffness = 2.0 * mu * (2.0 * stretch - stretch.sqrt()) + lambda * f64::max(1.0, j * (2.0 * j - 1.0));
-            elastic(tau, mu * apart.norm_squared() + 0.5 * lambda * (j - 1.0).powi(2), stiffness)
+            let (more, slope) = squash(j);
+            let tau = 2.0 * mu * apart * f.transpose() + one * (lambda * (j - 1.0 - more) * j);
+            let swells = j * (2.0 * j - 1.0 - more + j * slope);
+            let stiffness = 2.0 * mu * (2.0 * stretch - stretch.sqrt()) + lambda * swells.max(1.0);
+            let volume = 0.5 * (j - 1.0).powi(2) + squash_energy(j);
+            elastic(tau, mu * apart.norm_squared() + lambda * volume, stiffness)
         }
         // Neo-Hookean (Bonet & Wood): ψ = μ/2 (tr FᵀF − 3) − μ ln J + λ/2 ln² J, P = μ (F − F⁻ᵀ) + λ ln J F⁻ᵀ.
         NEO_HOOKEAN => {
