@@ -166,6 +166,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
             particle_size: scene.simulation.particle_size,
             pressure: scene.simulation.pressure,
             viscosity: scene.simulation.viscosity,
+            shifting: scene.simulation.shifting,
             ..Fluid::default()
         },
     };

@@ -16,6 +16,8 @@ pub struct Fluid {
     pub divergence_error: f32,
     /// How viscosity is found; `Auto` solves for it if that makes steps [`PAYS`] times as long.
     pub viscosity: Viscosity,
+    /// Particles of WCSPH are shifted to where they are less crowded.
+    pub shifting: bool,
 }
 
 impl Default for Fluid {
@@ -26,6 +28,7 @@ impl Default for Fluid {
             density_error: 1e-4,
             divergence_error: 1e-3,
             viscosity: Viscosity::default(),
+            shifting: false,
         }
     }
 }

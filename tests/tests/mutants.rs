@@ -269,7 +269,7 @@ const LATENT: [(&str, &str, &str, &str); 30] = [
 ];
 
 /// The same for liquids.
-const SPH: [(&str, &str, &str, &str); 53] = [
+const SPH: [(&str, &str, &str, &str); 62] = [
     ("sph/pack", "sph/pack", "< p);", "<= p);"),
     ("sph/pack", "sph/pack", "texel(was, 6u * p + 5u)", "texel(was, 6u * p + 4u)"),
     ("sph/pack", "lib/spot", "(q.y & 0x7ffu) << 10u", "(q.y & 0x7ffu) << 11u"),
@@ -293,7 +293,7 @@ const SPH: [(&str, &str, &str, &str); 53] = [
     ("sph/surround", "lib/wall", "m.slope * free + slope * m.free", "m.slope + slope"),
     ("sph/surround", "lib/wall", "min(across, 0.0)", "across"),
     ("sph/surround", "lib/sph_kernel", "b4 * (0.5 - 0.4 * b)", "b4 * (0.5 - 0.39 * b)"),
-    ("sph/surround", "sph/surround", "(s3 * s3 * fill - 1.0", "(s3 * s3 - 1.0"),
+    ("sph/surround", "sph/surround", "s3 * s3 * fill - 1.0", "s3 * s3 - 1.0"),
     ("sph/surround", "lib/sph_kernel", "3.0 * r * r * (rub_down", "3.01 * r * r * (rub_down"),
     ("sph/surround", "sph/surround", "full * thick * m.squeeze", "thick * m.squeeze"),
     ("sph/cohesion", "lib/sph_kernel", "- 6.0 * max", "- 5.99 * max"),
@@ -323,6 +323,15 @@ const SPH: [(&str, &str, &str, &str); 53] = [
     ("sph/advance", "sph/advance", "{ tag &= ~LED; }", "{}"),
     ("sph/advance", "sph/advance", "h_of() / dt", "0.9 * h_of() / dt"),
     ("sph/advance", "sph/advance", "dot(led, led) - dot(v, v)", "dot(led, led)"),
+    ("sph/advance", "sph/advance", "max(place.w + stir, 0.0) * rub", "(place.w + stir) * rub"),
+    ("sph/surround", "sph/surround", "crowd.fill - debt.noted, debt.noted > 0.0", "crowd.fill - debt.noted, true"),
+    ("sph/surround", "sph/surround", "max(over, inside * over)", "over"),
+    ("sph/spread", "sph/spread", "1.0 + NEAR * near * near", "1.0 + NEAR * near"),
+    ("sph/spread", "sph/spread", "(own.tag & (PINNED | LED)) != 0u", "(own.tag & PINNED) != 0u"),
+    ("sph/spread", "sph/spread", "(1.0 - inside_of(steep))", "1.0"),
+    ("sph/spread", "sph/spread", "speed * speed / max", "speed / max"),
+    ("sph/surround", "lib/sph", "smoothstep(0.25, 0.45", "smoothstep(0.2, 0.45"),
+    ("sph/adopt", "sph/adopt", "+ length(way) / dt", "+ length(way)"),
 ];
 
 #[test]

@@ -167,6 +167,10 @@ pub struct Simulation {
     pub pressure: Pressure,
     /// How liquids of SPH find their viscosity; `plan` says which and why.
     pub viscosity: Viscosity,
+    /// Moves the particles of WCSPH in each step to where they are less crowded, whatever their velocities (particle
+    /// shifting), and lets the liquid bear tension: flows that turn in a vessel they fill keep their speed, for some more
+    /// time a step. Free surfaces do without it better, and do not keep angular momentum with it.
+    pub shifting: bool,
     /// Courant number of the elastic wave limit, 0 < C ≤ 1.
     #[schemars(range(max = 1.0), extend("exclusiveMinimum" = 0.0))]
     pub courant: f32,
@@ -203,6 +207,7 @@ impl Default for Simulation {
             particle_size: 0.013,
             pressure: Pressure::default(),
             viscosity: Viscosity::default(),
+            shifting: false,
             courant: 0.75,
             error_budget: None,
             force_dt: None,

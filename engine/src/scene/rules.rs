@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::errors::{Kind, Problem};
 use super::structure::{nearest, suggest};
 use super::{
-    Domain, Emitter, Field, FieldRegion, Force, Material, Object, Pool, Recycle, Region, Scene, Shape, Source,
-    Thickness,
+    Domain, Emitter, Field, FieldRegion, Force, Material, Object, Pool, Pressure, Recycle, Region, Scene, Shape,
+    Source, Thickness,
 };
 use crate::flow::SdeRule;
 
@@ -115,6 +115,11 @@ impl Rules<'_> {
 
     /// Liquids of SPH and the bodies of other solvers do not feel each other yet.
     fn solvers(&mut self) {
+        if self.scene.simulation.shifting && self.scene.simulation.pressure == Pressure::Dfsph {
+            let message = "a pressure that is solved for does not stand shifted particles yet";
+            let help = "give `pressure = 'wcsph'`, or remove this key";
+            self.report(Kind::Conflict, "simulation.shifting", message, help);
+        }
         let fluid = |o: &&Object| matches!(o.material, Some(Material::Sph { .. }));
         let simulated = || self.scene.objects.iter().filter(|o| o.material.is_some());
         let Some(first) = simulated().next() else { return };

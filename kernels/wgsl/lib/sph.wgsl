@@ -43,6 +43,19 @@ fn squeezed(own: Local, v: vec3f) -> vec3f {
     return own.squeeze * (dot(own.squeeze, v) / max(length(own.squeeze), 1e-20));
 }
 
+// What shifts need to know of a particle, by its number.
+struct Debt {
+    owed: f32,          // what of its s is shifts'
+    noted: f32,         // its V Σ W before the last of them; 0 before the first
+    head: f32,          // pressure over density [m²/s²]
+    spare: f32,
+}
+
+// How far from a free surface, 0 at one and 1 within, by the slope of the fill times h: a lattice's outer layer has 0.5.
+fn inside_of(slope: f32) -> f32 {
+    return 1.0 - smoothstep(0.25, 0.45, slope);
+}
+
 // Viscosity between two particles.
 fn between(a: f32, b: f32) -> f32 {
     return 2.0 * a * b / max(a + b, 1e-30);

@@ -56,11 +56,11 @@ fn step(i: u32, dt: f32) {
     let pressure = (place.w + stir) * own.fill * own.fill;
     let rub = length(own.wall);
     if (own.friction > 0.0 && rub > 0.0) {
-        // Coulomb: no more than its coefficient times what the wall's pressure gives along the normal.
+        // Coulomb: no more than its coefficient times what the wall's pressure gives along the normal, and none where it pulls.
         let n = own.wall / rub;
         let over = v - own.slide;
         let slip = over - n * dot(over, n);
-        let most = dt * own.friction * (place.w + stir) * rub / own.density;
+        let most = dt * own.friction * max(place.w + stir, 0.0) * rub / own.density;
         let speed = length(slip);
         v -= slip * min(1.0, most / max(speed, 1e-20));
     }

@@ -1,6 +1,7 @@
 //! use lib/sph lib/wall lib/force
 // What a particle meets besides its neighbours: walls, gravity and fields; in WCSPH its pressure too, by Tait's
-// equation of state p = ρ c²/7 (s⁷ − 1), never negative: a free surface does not pull. One lane a particle.
+// equation of state p = ρ c²/7 (s⁷ − 1), never negative: a free surface does not pull. Where particles are shifted it may be
+// negative within a liquid, and what shifts make of s is no compression. One lane a particle.
 //! texels places: vec4f
 //! texels moves: vec4f
 //! texels crowds: Crowd
@@ -8,11 +9,15 @@
 //! texels forces: Forces
 //! texels colliders: Colliders
 //! texels warm: vec4f
+//! texels numbers: u32
 
 override INCOMPRESSIBLE: bool = false;
+// 1: particles are shifted.
+override SHIFTS: bool = false;
 
 struct Vectors { d: array<vec4f> }
 struct Locals { d: array<Local> }
+struct Debts { d: array<Debt> }
 @group(0) @binding(0) var places: texture_1d<u32>;
 @group(0) @binding(1) var moves: texture_1d<u32>;
 @group(0) @binding(2) var crowds: texture_1d<u32>;
@@ -25,6 +30,8 @@ struct Locals { d: array<Local> }
 @group(0) @binding(9) var<storage, read_write> points: Vectors;    // x [m], P = p/s² [Pa]
 @group(0) @binding(10) var<storage, read_write> flows: Vectors;    // v [m/s], viscosity μ over what shears [Pa s]
 @group(0) @binding(11) var<storage, read_write> locals: Locals;
+@group(0) @binding(12) var numbers: texture_1d<u32>;
+@group(0) @binding(13) var<storage, read_write> debts: Debts;
 var<immediate> grid: Grid;
 
 @compute @workgroup_size(64)
@@ -50,12 +57,23 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     m.free = 1.0;
     m.loose = 1.0;
     for (var k = 0u; k < collider_count; k++) { m = meet_collider(m, load_collider(k), place.xyz, time, drive, h); }
-    let fill = crowd.fill + 1.0 - m.free;
+    var fill = crowd.fill + 1.0 - m.free;
+    var inside = 0.0;
+    if (SHIFTS) {
+        let number = word(numbers, i);
+        let debt = debts.d[number];
+        // What has not been shifted yet owes nothing.
+        let owed = debt.owed + select(0.0, crowd.fill - debt.noted, debt.noted > 0.0);
+        debts.d[number].owed = owed;
+        fill -= owed;
+        inside = inside_of(h * length(crowd.slope + m.slope));
+    }
     let share = 1.0 / max(m.weight, 1e-20);
     let around = crowd.slope;
     let response = max(dot(around + m.slope, around / STEEP + m.slope), 0.0) / density + crowd.coupling / STEEP;
     let s3 = fill * fill * fill;
-    let pressure = density * sound * sound / 7.0 * max(s3 * s3 * fill - 1.0, 0.0) / (fill * fill);
+    let over = s3 * s3 * fill - 1.0;
+    let pressure = density * sound * sound / 7.0 * max(over, inside * over) / (fill * fill);
     points.d[i] = vec4f(place.xyz, pressure);
     // At a free face or a wall that lets slip, viscosity's sums have less to go on; what both a wall that sticks and a
     // face take is taken once.
@@ -68,6 +86,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         let last = texel(warm, i);
         pressed = last.z + last.w;
     }
+    if (SHIFTS) { debts.d[word(numbers, i)].head = pressed / density; }
     let full = clamp(pressed / max(0.25 * density * h * length(drive), 1e-20), 0.0, 1.0);
     locals.d[i] = Local(m.slope, m.drift, drive + full * m.lift, fill, m.slide * share, m.friction * share, response,
         m.drag * viscosity, density, tag, full * thick * m.squeeze, 0.0);

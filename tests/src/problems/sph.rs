@@ -37,7 +37,7 @@ pub const PROBLEMS: [Problem; 4] = [
 ];
 
 pub(super) fn method(setting: Setting) -> Result<Pressure, String> {
-    match setting.method {
+    match setting.method.trim_end_matches("_shifted") {
         "wcsph" => Ok(Pressure::Wcsph),
         "dfsph" => Ok(Pressure::Dfsph),
         other => Err(format!("no method `{other}`")),

@@ -8,7 +8,7 @@ use physvideo::scene::{Pressure, Viscosity};
 use physvideo::stages::solver::FrameStats;
 use physvideo::stages::sph::Sph;
 use physvideo::world::World;
-use physvideo_gpu::kernels::{Field, Particle, family};
+use physvideo_gpu::kernels::{Field, family};
 use physvideo_gpu::{Gpu, GpuError};
 
 use super::sph::{limits_hit, method};
@@ -21,7 +21,7 @@ pub const VORTEX: Problem = Problem {
     id: "S3",
     title: "Taylor–Green vortex at Re 100: root mean square of speed against exp(−8π²νt/L²), largest error, relative",
     goal: 0.02,
-    methods: &["wcsph", "dfsph"],
+    methods: &["wcsph", "dfsph", "wcsph_shifted"],
     resolutions: &[12, 20, 32, 48],
     courants: &[0.375, 0.75, 1.0],
     run: run_vortex,
@@ -104,7 +104,7 @@ const SIDE: f64 = 0.5;
 ///
 /// # Errors
 /// The device's refusal.
-pub fn vortex(gpu: &Gpu, across: u32, pressure: Pressure, courant: f32) -> Result<Flow, GpuError> {
+pub fn vortex(gpu: &Gpu, across: u32, pressure: Pressure, courant: f32, shifting: bool) -> Result<Flow, GpuError> {
     let (mut w, velocity) = cell(across, pressure, REYNOLDS, SLACK);
     w.courant = courant;
     let mut random = Random::new(3);
@@ -118,8 +118,11 @@ pub fn vortex(gpu: &Gpu, across: u32, pressure: Pressure, courant: f32) -> Resul
     rest.frame(SIDE as f32)?;
     let mut particles = gpu.read(rest.particles)?;
     particles.iter_mut().for_each(|p| p.v = velocity(&p.x));
+    w.fluid.shifting = shifting;
+    let mut sph = Sph::new(gpu, &w)?;
+    gpu.write(sph.particles, 0, &particles)?;
     let lengths = TURNS.iter().scan(0.0, |before, t| Some((t - std::mem::replace(before, *t)) * 2.0 * SIDE));
-    slowing(gpu, &w, Some(&particles), lengths)
+    slowing(&mut sph, particles.len(), lengths)
 }
 
 /// The same at Re 0.1 in a box that is full of a lattice, which hardly moves while viscosity takes exp(−0.79): viscosity
@@ -131,31 +134,21 @@ pub fn creeping(gpu: &Gpu, across: u32, pressure: Pressure) -> Result<Flow, GpuE
     let (mut w, velocity) = cell(across, pressure, 1e-3 * REYNOLDS, 1.0);
     let body = &mut w.bodies[0];
     body.velocities = body.positions.iter().map(velocity).collect();
-    slowing(gpu, &w, None, std::iter::once(1e-3 * 2.0 * SIDE))
+    slowing(&mut Sph::new(gpu, &w)?, w.bodies[0].positions.len(), std::iter::once(1e-3 * 2.0 * SIDE))
 }
 
-/// Root mean square of the speed of a world's only body over that at the start, after each of some lengths of time [s];
-/// it may start from other particles.
-fn slowing(
-    gpu: &Gpu,
-    w: &World,
-    start: Option<&[Particle]>,
-    lengths: impl Iterator<Item = f64>,
-) -> Result<Flow, GpuError> {
-    let mut sph = Sph::new(gpu, w)?;
-    if let Some(particles) = start {
-        gpu.write(sph.particles, 0, particles)?;
-    }
+/// Root mean square of the speed of the only body over that at the start, after each of some lengths of time [s].
+fn slowing(sph: &mut Sph, particles: usize, lengths: impl Iterator<Item = f64>) -> Result<Flow, GpuError> {
     let size = |sph: &Sph| Ok::<f64, GpuError>(sph.measure(0)?.kinetic.sqrt());
-    let start = size(&sph)?;
+    let start = size(sph)?;
     let (mut speeds, mut frames, mut wall_s) = (Vec::new(), Vec::new(), 0.0);
     for length in lengths {
         let since = Instant::now();
         frames.push(sph.frame(length as f32)?);
         wall_s += if frames.len() > 1 { since.elapsed().as_secs_f64() } else { 0.0 };
-        speeds.push(size(&sph)? / start);
+        speeds.push(size(sph)? / start);
     }
-    Ok(Flow { speeds, frames, wall_s, particles: w.bodies[0].positions.len() })
+    Ok(Flow { speeds, frames, wall_s, particles })
 }
 
 /// Largest relative error of speeds at [`TURNS`] against the decay.
@@ -164,7 +157,9 @@ pub fn off_the_decay(speeds: &[f64]) -> f64 {
 }
 
 fn run_vortex(gpu: &Gpu, setting: Setting) -> Result<Outcome, String> {
-    let flow = vortex(gpu, setting.resolution, method(setting)?, setting.courant).map_err(|e| e.to_string())?;
+    let shifting = setting.method.ends_with("_shifted");
+    let flow =
+        vortex(gpu, setting.resolution, method(setting)?, setting.courant, shifting).map_err(|e| e.to_string())?;
     Ok(flow.outcome(off_the_decay(&flow.speeds), TURNS[4] - TURNS[0]))
 }
 
@@ -207,7 +202,9 @@ pub fn twist(gpu: &Gpu, t: &Twist) -> Result<(Flow, f64), GpuError> {
     w.fluid = Fluid { particle_size: h as f32, ..t.fluid };
     let step = t.step * 0.125 * h * h / viscosity;
     w.force_dt = Some(step as f32);
-    let flow = slowing(gpu, &w, None, std::iter::repeat_n(step * t.frames[1] as f64, t.frames[0]))?;
+    let particles = w.bodies[0].positions.len();
+    let lengths = std::iter::repeat_n(step * t.frames[1] as f64, t.frames[0]);
+    let flow = slowing(&mut Sph::new(gpu, &w)?, particles, lengths)?;
     Ok((flow, viscosity * wave * wave * step))
 }
 

@@ -10,15 +10,26 @@ fn sound(flow: &Flow) -> bool {
     flow.frames.iter().all(|f| f.clamped_velocity + f.quarantined + f.rejected == 0)
 }
 
-/// Pressure rubs in a liquid without order: it takes as much as 0.0045 m²/s more of viscosity would, whatever the
-/// viscosity is (assets/wp), so that all that is asked at Re 100 is that the vortex goes on turning.
+/// Largest error of a vortex of 20 particles across, checked to be sound and to lose speed all the time.
+fn off_at_20(pressure: Pressure, shifting: bool) -> f64 {
+    let flow = vortex(&gpu(), 20, pressure, 0.75, shifting).unwrap();
+    assert!(sound(&flow), "{pressure:?}: {:?}", flow.frames);
+    assert!(flow.speeds.is_sorted_by(|a, b| a > b), "{pressure:?}: it gains speed: {:.4?}", flow.speeds);
+    off_the_decay(&flow.speeds)
+}
+
+/// Neighbours that a flow has shorn lie no longer alike in all directions, and pressure bears shear among them; where
+/// particles are shifted they do (assets/wp has more resolutions).
 #[test]
-fn a_vortex_slows_down_by_more_than_its_viscosity() {
-    let flow = vortex(&gpu(), 20, Pressure::Dfsph, 0.75).unwrap();
-    assert!(sound(&flow), "{:?}", flow.frames);
-    let (error, last) = (off_the_decay(&flow.speeds), flow.speeds[4]);
-    assert!(error < 0.35, "{error:.3}: {:.4?}", flow.speeds);
-    assert!(last < decayed(1.0) && flow.speeds.is_sorted_by(|a, b| a > b), "it gains speed: {:.4?}", flow.speeds);
+fn a_vortex_slows_down_as_its_viscosity_says_where_particles_are_shifted() {
+    let error = off_at_20(Pressure::Wcsph, true);
+    // 6.4 %; other starts give 5 to 9.
+    assert!(error < 0.09, "{error:.3}");
+    // Control: without, it takes as much as half of the viscosity more would.
+    for pressure in [Pressure::Wcsph, Pressure::Dfsph] {
+        let error = off_at_20(pressure, false);
+        assert!((0.2..0.35).contains(&error), "{pressure:?}: {error:.3}");
+    }
 }
 
 /// By how much the speed of a creeping cell is off after exp(−0.79).

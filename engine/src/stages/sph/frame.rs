@@ -2,11 +2,12 @@
 
 use std::sync::atomic::Ordering;
 
-use physvideo_gpu::kernels::Clock;
+use physvideo_gpu::kernels::{Clock, Descent, Solve};
 use physvideo_gpu::{GpuError, Recording};
 
 use super::Sph;
 use super::start::no_lists;
+use crate::scene::Pressure;
 use crate::stages::cells::Cells;
 use crate::stages::energy::{Budget, work};
 use crate::stages::solver::{EVERY, Fastest, FrameStats};
@@ -21,6 +22,53 @@ const CALM: u32 = 3;
 impl Sph<'_> {
     fn stopped(&self) -> bool {
         self.stop.as_ref().is_some_and(|asked| asked.load(Ordering::Relaxed))
+    }
+
+    fn prepare(&mut self) -> Result<(), GpuError> {
+        if self.batch.is_none() {
+            let mut rec = Recording::new("steps");
+            let solves = self.fluid.pressure == Pressure::Dfsph || self.viscous.is_some();
+            let steps = if solves { 4 } else { 32 };
+            for _ in 0..steps {
+                self.record_step(&mut rec);
+            }
+            self.batch = Some(self.gpu.prepare(&rec)?);
+        }
+        Ok(())
+    }
+
+    /// Begins a frame of `length` seconds without running it, for whoever submits steps recorded with
+    /// [`Sph::record_step`].
+    ///
+    /// # Errors
+    /// The device's refusal.
+    pub fn start_clock(&self, length: f32) -> Result<(), GpuError> {
+        self.begin(length, false)
+    }
+
+    fn begin(&self, length: f32, watch: bool) -> Result<(), GpuError> {
+        let clock = Clock {
+            frame_start: self.time as f32,
+            frame_length: length,
+            dx: self.fluid.particle_size,
+            courant: self.courant,
+            // A frame that is taken back is repeated with shorter steps whatever bounds them.
+            longest: self.limits.longest * (self.courant / self.limits.courant),
+            watch: u32::from(watch),
+            wave_speed: self.limits.speed,
+            force_dt: self.force_dt,
+            speed_bits: self.speed.to_bits(),
+            particles: self.count,
+            particle_groups: [self.listed.len().div_ceil(64) as u32, 1, 1],
+            idle: self.count - self.listed.len() as u32,
+            work_unit: self.work_unit,
+            ..Default::default()
+        };
+        self.gpu.write(self.solve, 0, &[Solve::default()])?;
+        if let Some(viscous) = &self.viscous {
+            self.gpu.write(viscous.descent, 0, &[Descent::default()])?;
+        }
+        self.gpu.write(self.clock, 0, &[clock])
     }
 
     /// Runs batches until the device says that `length` seconds have passed, or gives the attempt up.
@@ -82,9 +130,15 @@ impl Sph<'_> {
         }
         let mut save = Recording::new("save");
         save.copy(self.particles, self.saved);
+        if let Some(shift) = &self.shift {
+            save.copy(shift.debts, shift.saved);
+        }
         self.gpu.run(&save)?;
         let mut back = Recording::new("back");
         back.copy(self.saved, self.particles);
+        if let Some(shift) = &self.shift {
+            back.copy(shift.saved, shift.debts);
+        }
         let began = self.courant;
         let span = (self.time, f64::from(length));
         let judged = self.budget.as_ref().is_some_and(|b| b.stands_still(span.0, span.1));

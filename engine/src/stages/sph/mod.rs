@@ -5,6 +5,7 @@
 mod frame;
 mod hot;
 mod measure;
+mod shift;
 mod start;
 mod viscous;
 
@@ -13,10 +14,11 @@ use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Descent, Forces, Keep, Particle, Solve, Sums, sph};
+use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Forces, Keep, Particle, Solve, Sums, sph};
 use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Prepared, Recording};
 
 use self::hot::Hot;
+use self::shift::Shift;
 use self::start::{constants, initial_state, slots};
 use self::viscous::{Step, Viscous};
 use super::cells::{self, Cells, PARTICLE_GROUPS};
@@ -49,6 +51,9 @@ pub struct Sph<'gpu> {
     keep: Buf<Keep>,
     hot: Hot,
     viscous: Option<Viscous>,
+    shift: Option<Shift>,
+    /// Stands for the debts where nothing is shifted.
+    none: Buf<kernels::Debt>,
     cells: Cells,
     constants: Constants,
     fluid: Fluid,
@@ -106,6 +111,8 @@ impl<'gpu> Sph<'gpu> {
             keep: gpu.upload("run", "sph/keep", &[start::no_lists()])?,
             hot: Hot::new(gpu, count)?,
             viscous: limits(world).implicit.then(|| Viscous::new(gpu, count)).transpose()?,
+            shift: world.fluid.shifting.then(|| Shift::new(gpu, count)).transpose()?,
+            none: gpu.alloc("run", "sph/no-debts", 1)?,
             cells: Cells::new(gpu, grid, count, slots(world, &grid), count.max(1) as u32)?,
             constants: constants(world),
             fluid: world.fluid,
@@ -148,6 +155,7 @@ impl<'gpu> Sph<'gpu> {
         let grid = cells::grid(world.domain, world.cell());
         let each = (2 * size_of::<Particle>() + size_of::<Deformation>() + 1) as u64 + Hot::BYTES;
         let each = each + if limits(world).implicit { Viscous::BYTES } else { 0 };
+        let each = each + if world.fluid.shifting { Shift::BYTES } else { 0 };
         let sort = Cells::bytes(&grid, particles, slots(world, &grid), particles.max(1) as u32);
         each * particles + sort + Recycling::bytes(world)
     }
@@ -207,6 +215,8 @@ impl<'gpu> Sph<'gpu> {
             points,
             flows,
             locals,
+            numbers,
+            debts: self.shift.map_or(self.none, |s| s.debts),
             immediates,
         };
         rec.call(&surround, k, each);
@@ -265,6 +275,12 @@ impl<'gpu> Sph<'gpu> {
             k,
             each,
         );
+        if let Some(shift) = &self.shift {
+            let (live, grid) = (counters, immediates);
+            let step =
+                shift::Step { places, moves, lists, crowds, locals, numbers, particles, keep, live, clock, grid, each };
+            shift.record(rec, k, &step);
+        }
     }
 
     /// Makes the velocities free of divergence, or such that density is at rest after the step.
@@ -316,53 +332,6 @@ impl<'gpu> Sph<'gpu> {
 
     fn groups(&self) -> Groups {
         Groups::Indirect(self.clock.erase(), PARTICLE_GROUPS)
-    }
-
-    fn prepare(&mut self) -> Result<(), GpuError> {
-        if self.batch.is_none() {
-            let mut rec = Recording::new("steps");
-            let solves = self.fluid.pressure == Pressure::Dfsph || self.viscous.is_some();
-            let steps = if solves { 4 } else { 32 };
-            for _ in 0..steps {
-                self.record_step(&mut rec);
-            }
-            self.batch = Some(self.gpu.prepare(&rec)?);
-        }
-        Ok(())
-    }
-
-    /// Begins a frame of `length` seconds without running it, for whoever submits steps recorded with
-    /// [`Sph::record_step`].
-    ///
-    /// # Errors
-    /// The device's refusal.
-    pub fn start_clock(&self, length: f32) -> Result<(), GpuError> {
-        self.begin(length, false)
-    }
-
-    fn begin(&self, length: f32, watch: bool) -> Result<(), GpuError> {
-        let clock = Clock {
-            frame_start: self.time as f32,
-            frame_length: length,
-            dx: self.fluid.particle_size,
-            courant: self.courant,
-            // A frame that is taken back is repeated with shorter steps whatever bounds them.
-            longest: self.limits.longest * (self.courant / self.limits.courant),
-            watch: u32::from(watch),
-            wave_speed: self.limits.speed,
-            force_dt: self.force_dt,
-            speed_bits: self.speed.to_bits(),
-            particles: self.count,
-            particle_groups: [self.listed.len().div_ceil(64) as u32, 1, 1],
-            idle: self.count - self.listed.len() as u32,
-            work_unit: self.work_unit,
-            ..Default::default()
-        };
-        self.gpu.write(self.solve, 0, &[Solve::default()])?;
-        if let Some(viscous) = &self.viscous {
-            self.gpu.write(viscous.descent, 0, &[Descent::default()])?;
-        }
-        self.gpu.write(self.clock, 0, &[clock])
     }
 }
 

@@ -27,7 +27,8 @@ pub(super) fn constants(world: &World) -> Constants {
     let nozzles = f64::from(u8::from(world.bodies.iter().any(|b| b.emission.is_some())));
     let method = Constants::none().with("INCOMPRESSIBLE", solved).with("IMPLICIT", implicit).with("NOZZLES", nozzles);
     let recycles = f64::from(u8::from(world.bodies.iter().any(|b| b.recycle.is_some())));
-    let method = method.with("RECYCLES", recycles).with("COUNTS_WORK", nozzles.max(recycles));
+    let shifts = f64::from(u8::from(world.fluid.shifting));
+    let method = method.with("RECYCLES", recycles).with("COUNTS_WORK", nozzles.max(recycles)).with("SHIFTS", shifts);
     kernels::MEMBERS.iter().fold(method, |all, member| {
         let used = match member.family {
             "material" => false,

@@ -3,7 +3,7 @@
 
 use physvideo_gpu::kernels::{Body, Clock, Counts, Keep, Local};
 
-use super::{Liquid, h, vec3};
+use super::{Liquid, Vec3, h, vec3};
 use crate::proof::cloud::{LED, PINNED};
 use crate::proof::work::{Work, begun};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
@@ -22,7 +22,7 @@ pub static CASE: Case = Case {
 fn inputs(ask: Ask) -> Call {
     let mut liquid = Liquid::new(ask);
     let n = ask.items;
-    let pressures = liquid.vectors(|r| [0.0, 0.0, 0.0, r.range(0.0, 5e3)]);
+    let pressures = liquid.vectors(|r| [0.0, 0.0, 0.0, r.range(-1e3, 5e3)]);
     let points: Vec<[f32; 4]> = liquid.places.iter().zip(&pressures).map(|(x, p)| [x[0], x[1], x[2], p[3]]).collect();
     let flows = liquid.vectors(|r| {
         let most = if r.chance(0.1) { 30.0 } else { 3.0 };
@@ -104,7 +104,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             let n = wall.normalize();
             let over = v - vec3(&own.slide);
             let slip = over - n * over.dot(&n);
-            let most = f64::from(own.friction) * dt * (found + stir) * wall.norm() / density;
+            let most = f64::from(own.friction) * dt * (found + stir).max(0.0) * wall.norm() / density;
             v -= if slip.norm() > most { slip.normalize() * most } else { slip };
         }
         if v.norm() > h() / dt {
@@ -112,7 +112,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             v = v.normalize() * (h() / dt);
         }
         if own.tag & PINNED != 0 {
-            v *= 0.0;
+            v = Vec3::zeros();
         }
         let mut tag = own.tag;
         if nozzles && tag & LED != 0 {
@@ -143,7 +143,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         got.push(p[1][3].into());
         want.extend(x.iter().chain(v.iter()));
         want.extend([fill, (found + stir) * fill * fill, found, stir, density * h().powi(3)]);
-        scale.extend([0.3, 0.3, 0.3, size, size, size, fill, (found + stir) * fill * fill, found, stir]);
+        scale.extend([0.3, 0.3, 0.3, size, size, size, fill, (found.abs() + stir) * fill * fill, found.abs(), stir]);
         scale.push(density * h().powi(3));
         tags &= p[0][3].to_bits() == tag && (2..5).all(|k| p[k] == [5.0; 4]);
     }

@@ -1,5 +1,6 @@
 //! Proofs of `wgsl/sph`, and the equations their twins share, in f64. Written from the equations, not from the WGSL.
 
+pub mod adopt;
 pub mod advance;
 pub mod clock;
 pub mod cohesion;
@@ -13,6 +14,7 @@ pub mod relax;
 pub mod resist;
 pub mod search;
 pub mod source;
+pub mod spread;
 pub mod surround;
 pub mod total;
 pub mod wall;

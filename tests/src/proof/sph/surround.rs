@@ -2,13 +2,15 @@
 //! response A = (max((S + w)·(S/steep + w), 0) + Σ|V∇W|²/steep)/ρ.
 
 use nalgebra::{Rotation3, Unit};
-use physvideo_gpu::kernels::{Body, Clock, Collider, Colliders, Counts, Crowd, Forces, Local, family::shape};
+use physvideo_gpu::kernels::{Body, Clock, Collider, Colliders, Counts, Crowd, Debt, Forces, Local, family::shape};
 
+use super::spread::inside;
 use super::wall::{mirrored, squeezed};
 use super::{Liquid, Vec3, Vectors, h, sheared, steep, vec3};
 use crate::proof::mpm::force;
 use crate::proof::mpm::obstacle::obstacles;
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
+use crate::random::Random;
 
 pub static CASE: Case = Case {
     kernel: "sph/surround",
@@ -22,7 +24,7 @@ pub static CASE: Case = Case {
     flops: 400.0,
 };
 
-/// Odd seeds look at the last step's pressures instead of this one's.
+/// Odd seeds look at the last step's pressures instead of this one's; of four, two shift particles.
 fn inputs(ask: Ask) -> Call {
     let mut liquid = Liquid::new(ask);
     // Spread over the space where the obstacles are.
@@ -32,6 +34,9 @@ fn inputs(ask: Ask) -> Call {
         let r = liquid.random.vector(0.5);
         (place[0], place[1], place[2]) = (x[0] + 0.5 + r[0] * 0.7, x[1] + 0.2 + r[1] * 0.4, x[2] + 0.15 + r[2] * 0.3);
         place[0] -= 0.5;
+    }
+    for crowd in &mut liquid.crowds {
+        crowd.slope = crowd.slope.map(|c| 0.5 * c);
     }
     let moves: Vec<[f32; 4]> = liquid.vectors(|r| {
         let v = r.vector(2.0);
@@ -43,14 +48,26 @@ fn inputs(ask: Ask) -> Call {
         Body { fields: 0b0101, mu: 0.2, gravity: [0.0, -3.0, 0.5], ..Default::default() },
     ];
     let n = ask.items;
+    let mut numbers: Vec<u32> = (0..n as u32).collect();
+    liquid.random.shuffle(&mut numbers);
+    let debt = |random: &mut Random| Debt {
+        owed: random.range(-0.1, 0.1),
+        noted: if random.chance(0.2) { 0.0 } else { 0.8 },
+        head: 7.0,
+        spare: 0.0,
+    };
+    let debts: Vec<Debt> = (0..n).map(|_| debt(&mut liquid.random)).collect();
     liquid
         .call()
         .constant("INCOMPRESSIBLE", (ask.seed % 2) as f64)
+        .constant("SHIFTS", (ask.seed / 2 % 2) as f64)
         .with("moves", &moves)
         .with("warm", &warm)
         .with("bodies", &bodies)
         .with("forces", &[force::forces()])
         .with("colliders", &[obstacles()])
+        .with("numbers", &numbers)
+        .with("debts", &debts)
         .with("points", &vec![[0.0f32; 4]; n])
         .with("flows", &vec![[0.0f32; 4]; n])
         .with("locals", &vec![Local::default(); n])
@@ -95,7 +112,10 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let placed = b.one::<Counts>("live").cursor as usize;
     let clock: Clock = b.one("clock");
     let (time, sound) = (f64::from(clock.frame_start + clock.t), f64::from(clock.wave_speed));
-    let solved = call.constants == physvideo_gpu::Constants::none().with("INCOMPRESSIBLE", 1.0);
+    let says = |name: &str| call.constants.clone().with(name, 1.0) == call.constants;
+    let (solved, shifts) = (says("INCOMPRESSIBLE"), says("SHIFTS"));
+    let numbers: Vec<u32> = b.get("numbers");
+    let (were, debts): (Vec<Debt>, Vec<Debt>) = (b.get("debts"), out.get("debts"));
     let (places, moves, warm): (Vectors, Vectors, Vectors) = (b.get("places"), b.get("moves"), b.get("warm"));
     let (crowds, bodies): (Vec<Crowd>, Vec<Body>) = (b.get("crowds"), b.get("bodies"));
     let (forces, colliders): (Forces, Colliders) = (b.one("forces"), b.one("colliders"));
@@ -146,8 +166,18 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
                 }
             }
         }
-        let fill = f64::from(crowd.fill) + 1.0 - free;
-        let tait = density * sound * sound / 7.0 * (fill.powi(7) - 1.0).max(0.0) / fill.powi(2);
+        let was = &were[numbers[i] as usize];
+        let [debt, noted] = [was.owed, was.noted].map(f64::from);
+        let owed = match (shifts, noted > 0.0) {
+            (false, _) => 0.0,
+            (true, false) => debt,
+            (true, true) => debt + f64::from(crowd.fill) - noted,
+        };
+        let fill = f64::from(crowd.fill) + 1.0 - free - owed;
+        let within = if shifts { inside(h() * (vec3(&crowd.slope) + slope).norm()) } else { 0.0 };
+        let over = fill.powi(7) - 1.0;
+        let over = if over < 0.0 { within * over } else { over };
+        let tait = density * sound * sound / 7.0 * over / fill.powi(2);
         let pressed = if solved { f64::from(warm[i][2] + warm[i][3]) } else { tait };
         let full = (pressed / (0.25 * density * h() * drive.norm())).clamp(0.0, 1.0);
         let around = vec3(&crowd.slope);
@@ -165,14 +195,18 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         got.extend(
             [points[i][3], flows[i][3], l.drift, l.fill, l.friction, l.response, l.drag, l.density].map(f64::from),
         );
+        got.extend([debts[numbers[i] as usize].owed, debts[numbers[i] as usize].head].map(f64::from));
         want.extend([tait, thickness * density, drift, fill, mean(friction), response, drag, density]);
+        want.extend([if shifts { owed } else { debt }, if shifts { pressed / density } else { 7.0 }]);
         let thick = nu * density * (1.0 + 1.0 / shears) / shears;
-        scale.extend([density * sound * sound * fill.powi(5), thick, steepest * 3.0, fill, 1.0]);
+        let stiff = density * sound * sound * (fill.powi(5) + if over < 0.0 { 4.0 / 7.0 / fill.powi(2) } else { 0.0 });
+        scale.extend([stiff, thick, steepest * 3.0, fill, 1.0]);
         scale.extend([
             (around.norm() + steepest).powi(2) / density + response,
             drag + nu * 10.0 / (h() * h()),
             density,
         ]);
+        scale.extend([1.0, stiff / density + pressed.abs() / density]);
         for (a, b, size) in [
             (l.wall, slope, steepest),
             (l.drive, all, drive.norm() * 40.0),
