@@ -16,6 +16,7 @@ pub(crate) fn notes(scene: &Scene, world: &World, choice: &Choice) -> Vec<String
         ("pressure", set.pressure != usual.pressure && !world.is_fluid(), liquids),
         ("viscosity", set.viscosity != usual.viscosity && !world.is_fluid(), liquids),
         ("particle_size", set.particle_size != usual.particle_size && !world.is_fluid(), liquids),
+        ("shifting", set.shifting && !world.is_fluid(), liquids),
         ("elastic", set.elastic != usual.elastic && !elastic, bodies),
         ("stiffness_cap", set.stiffness_cap.is_some() && !elastic, bodies),
     ];
