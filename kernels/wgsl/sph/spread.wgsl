@@ -26,7 +26,7 @@ var<immediate> grid: Grid;
 // It goes by so many h times the way of the fastest, beyond what all move, times the slope of the fill; by no more h² times
 // that slope than it stands, and no further than so many h.
 const PACE: f32 = 6.0;
-const MOST: f32 = 0.08;
+const MOST: f32 = 0.06;
 const FARTHEST: f32 = 0.05;
 // How much of a debt a step forgives.
 const FORGIVEN: f32 = 1e-4;

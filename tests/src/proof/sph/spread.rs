@@ -1,4 +1,4 @@
-//! Proof of `sph/spread`: x − min(6 h V dt, 0.08 h²) (w + Σ V ∇W (1 + (W/W(h))²)) at most 0.05 h far, times min(V² ρ/p, 1),
+//! Proof of `sph/spread`: x − min(6 h V dt, 0.06 h²) (w + Σ V ∇W (1 + (W/W(h))²)) at most 0.05 h far, times min(V² ρ/p, 1),
 //! without its part along S = w + Σ V ∇W where h |S| tells of a free surface; s before it, and what is left of the debt.
 
 use physvideo_gpu::kernels::{Clock, Counts, Debt, Keep, Local};
@@ -54,7 +54,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let (locals, numbers): (Vec<Local>, Vec<u32>) = (b.get("locals"), b.get("numbers"));
     let (were, debts): (Vec<Debt>, Vec<Debt>) = (b.get("debts"), out.get("debts"));
     let speed = f64::from(f32::from_bits(b.one::<Keep>("keep").apart));
-    let pace = (6.0 * h() * speed * f64::from(b.one::<Clock>("clock").dt)).min(0.08 * h() * h());
+    let pace = (6.0 * h() * speed * f64::from(b.one::<Clock>("clock").dt)).min(0.06 * h() * h());
     let (mut got, mut want) = (Vec::new(), Vec::new());
     let (mut owed, mut owes, mut densities) = (Vec::new(), Vec::new(), true);
     for i in 0..placed {
