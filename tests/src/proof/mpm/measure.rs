@@ -1,5 +1,6 @@
 //! Proof of `mpm/measure`: mass, momentum, angular momentum and energies of one body or of all, in partial sums of 64.
 
+use physvideo_gpu::kernels::family::material::COROTATED;
 use physvideo_gpu::kernels::{Body, Deformation, Only, Particle, Sums};
 
 use super::{Mat3, affine, bodies, gradient, law, memory, vec3};
@@ -25,6 +26,13 @@ fn inputs(ask: Ask) -> Call {
     let mut cloud = Cloud::new(ask).quarantined();
     for p in cloud.particles.iter_mut().skip(5).step_by(9) {
         p.tag |= DORMANT | QUARANTINED;
+    }
+    // Some of what has more than its volume term when it is crushed is crushed.
+    let crushed = |p: &Particle| bodies()[(p.tag & 0xff) as usize].material == COROTATED;
+    let all = cloud.particles.iter().zip(&mut cloud.deformations).zip(0..);
+    for ((_, d), i) in all.filter(|((p, _), i)| i % 2 == 1 && crushed(p)) {
+        let by = [0.6, 0.45, 0.35][i / 2 % 3];
+        [&mut d.f0, &mut d.f1, &mut d.f2].into_iter().for_each(|f| f[..3].iter_mut().for_each(|c| *c *= by));
     }
     let groups = ask.items.div_ceil(64);
     let body = match ask.seed % 4 {
