@@ -59,9 +59,17 @@ fn dam(side: usize, pressure: Pressure) -> World {
 }
 
 /// Times frames of the breaking dam, and prints each kernel's part.
-pub fn bench(gpu: &Gpu, pressure: Pressure, n: usize, steps: u32, repeats: usize) -> Result<(), String> {
+pub fn bench(
+    gpu: &Gpu,
+    pressure: Pressure,
+    density_error: f32,
+    n: usize,
+    steps: u32,
+    repeats: usize,
+) -> Result<(), String> {
     let say = |e: physvideo_gpu::GpuError| e.to_string();
-    let world = dam((n as f64).cbrt().round() as usize, pressure);
+    let mut world = dam((n as f64).cbrt().round() as usize, pressure);
+    world.fluid.density_error = density_error;
     let count = world.bodies[0].positions.len() as f64;
     let mut sph = Sph::new(gpu, &world).map_err(say)?;
     let length = steps as f32 * STEP;
