@@ -282,6 +282,9 @@ fn fill(
     match &object.source {
         Source::Box { min, max } => {
             room(predicted((0..3).map(|a| f64::from(max[a]) - f64::from(min[a])).product()))?;
+            if matches!(object.material, Some(Material::Sph { .. })) {
+                return lattice.fill_vessel(&object.name, *min, *max, object.color).map_err(fail);
+            }
             lattice.fill_box(&object.name, *min, *max, object.color).map_err(fail)
         }
         Source::Ball { center, radius } => {

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::scene::{Kind, Problem, Scene};
+use crate::scene::{Kind, Problem, Scene, Shape};
 use crate::world::{Body, World};
 
 /// Two bodies, one of them of those that `counts` names, of which particles are closer than `reach` [m].
@@ -29,6 +29,10 @@ pub(crate) fn overlapping(bodies: &[Body], reach: f32, counts: impl Fn(usize) ->
 /// Depth of a particle's centre in an obstacle from which it counts as inside, over the spacing: a lattice beside a wall has
 /// its first layer half of it outside.
 const INSIDE: f32 = 0.25;
+
+/// Distance of particles of two liquids that overlap, over the spacing: lattices that lie in each other have some nearer than
+/// that unless they are all but centred, and what only touches has none.
+const CLOSE: f32 = 0.7;
 
 /// Liquids of SPH are thrown out of what they start in, obstacles and each other: such scenes are refused. `ground` is its
 /// height [m], `object_of` the object of each body.
@@ -67,8 +71,36 @@ pub(crate) fn refuse(scene: &Scene, world: &World, object_of: &[usize], ground: 
             }
         }
     }
-    match overlapping(&world.bodies, 0.5 * size, |_| true) {
+    shifted(scene, world)?;
+    match overlapping(&world.bodies, CLOSE * size, |_| true) {
         Some((a, b)) => fail(b, format!("'{}' and '{}' overlap", world.bodies[a].name, world.bodies[b].name)),
         None => Ok(()),
     }
+}
+
+/// Share of a room that liquids have to fill where particles are shifted.
+const FULL: f64 = 0.9;
+
+/// Shifted particles boil at a free surface and go through walls there.
+fn shifted(scene: &Scene, world: &World) -> Result<(), Problem> {
+    if !world.fluid.shifting {
+        return Ok(());
+    }
+    let at_rest = |o: &crate::scene::Object| o.emitter.is_none() && o.recycle.is_none();
+    let rooms = scene.colliders.iter().filter_map(|c| match c.shape {
+        Shape::Room { half, .. } => Some(half.iter().map(|h| 2.0 * f64::from(*h)).product::<f64>()),
+        _ => None,
+    });
+    let room = rooms.fold(f64::INFINITY, f64::min);
+    let liquid: f64 = world.bodies.iter().map(|b| b.positions.len() as f64 * f64::from(b.particle_volume)).sum();
+    let filled = liquid / room;
+    if filled >= FULL && scene.objects.iter().all(at_rest) && !world.is_tense() {
+        return Ok(());
+    }
+    let message = format!(
+        "shifted particles boil at a free surface: liquids without emitters, returns or tension have to fill nine tenths of a \
+         room (`collider.shape.room`), and these fill {:.2} of one",
+        filled
+    );
+    Err(Problem::new(Kind::Conflict, "simulation.shifting", message).help("fill the room, or remove this key"))
 }

@@ -135,7 +135,7 @@ const POINTS: [(&str, &str, &str, &str); 23] = [
 ];
 
 /// The same for elastic bodies on grids of their own.
-const LAGRANGIAN: [(&str, &str, &str, &str); 46] = [
+const LAGRANGIAN: [(&str, &str, &str, &str); 47] = [
     ("lagrangian/force", "lib/stress", "z + sqrt(1.0 + z * z)", "sqrt(1.0 + z * z)"),
     ("lagrangian/force", "lib/stress", "s[1].y += swells;", ""),
     ("lagrangian/thin", "lagrangian/thin", "derivatives(motion, wd)", "derivatives(motion, wc)"),
@@ -187,6 +187,7 @@ const LAGRANGIAN: [(&str, &str, &str, &str); 46] = [
     ("lagrangian/contact", "lagrangian/contact", "if (normal <= firmest)", "if (normal >= firmest)"),
     ("lagrangian/contact", "lib/touch", "select(11u + axis, 8u + axis", "select(8u + axis, 11u + axis"),
     ("lagrangian/contact", "lib/touch", "rotate(hit.xyz, p.axis, p.angle)", "rotate(hit.xyz, p.axis, -p.angle)"),
+    ("lagrangian/advance", "lagrangian/advance", "MEETS && speed > CALM", "MEETS && speed > 2.0 * CALM"),
 ];
 
 /// The same for bodies on grids of their own that meet.

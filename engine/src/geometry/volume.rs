@@ -58,6 +58,27 @@ impl Lattice {
         (volume / f64::from(self.spacing).powi(3)).round() as u64
     }
 
+    /// Fills the middle of a box [m] with as many whole layers as fit, for a liquid whose images in walls at the faces must
+    /// not come nearer to its particles than these are to each other.
+    ///
+    /// # Errors
+    /// As [`Lattice::fill_box`].
+    pub fn fill_vessel(
+        &self,
+        object: &str,
+        min: [f32; 3],
+        max: [f32; 3],
+        color: [f32; 3],
+    ) -> Result<Particles, GeometryError> {
+        let h = self.spacing;
+        // A hundredth of a layer is rounding of what was meant to fit.
+        let layers: [f32; 3] = std::array::from_fn(|a| ((max[a] - min[a]) / h + 1e-2).floor().max(1.0));
+        let mut filled = self.fill_box(object, [0.0; 3], layers.map(|n| n * h), color)?;
+        let corner: [f32; 3] = std::array::from_fn(|a| 0.5 * (min[a] + max[a] - layers[a] * h));
+        filled.positions.iter_mut().for_each(|x| *x = std::array::from_fn(|a| x[a] + corner[a]));
+        Ok(filled)
+    }
+
     /// Fills the half-open box [min, max) [m]. A box thinner than the spacing keeps one layer: the one nearest to
     /// its middle.
     ///

@@ -115,12 +115,13 @@ impl Rules<'_> {
 
     /// Liquids of SPH and the bodies of other solvers do not feel each other yet.
     fn solvers(&mut self) {
-        if self.scene.simulation.shifting && self.scene.simulation.pressure == Pressure::Dfsph {
+        let fluid = |o: &&Object| matches!(o.material, Some(Material::Sph { .. }));
+        let liquid = self.scene.objects.iter().any(|o| fluid(&o));
+        if liquid && self.scene.simulation.shifting && self.scene.simulation.pressure == Pressure::Dfsph {
             let message = "a pressure that is solved for does not stand shifted particles yet";
             let help = "give `pressure = 'wcsph'`, or remove this key";
             self.report(Kind::Conflict, "simulation.shifting", message, help);
         }
-        let fluid = |o: &&Object| matches!(o.material, Some(Material::Sph { .. }));
         let simulated = || self.scene.objects.iter().filter(|o| o.material.is_some());
         let Some(first) = simulated().next() else { return };
         let other = |o: &Object| o.material.is_some() && fluid(&o) != fluid(&first);
@@ -242,7 +243,7 @@ impl Rules<'_> {
             FieldRegion::Ball { radius, .. } => 2.0 * radius,
         };
         if thin > 0.0 && thin < cell * (1.0 - 1e-4) {
-            let message = format!("{thin:.4} m thick: what is fast passes it between two substeps");
+            let message = format!("{thin} m thick: what is fast passes it between two substeps");
             self.report(Kind::OutOfRange, key, message, format!("make it {cell} m thick or more"));
         }
     }

@@ -128,6 +128,23 @@ fn a_liquid_inside_something_is_refused() {
     folder.run(&["check", "scene.toml"]).expect(0, &[]);
 }
 
+/// Shifted particles boil at free surfaces.
+#[test]
+fn shifting_is_for_liquids_that_fill_a_room() {
+    let folder = Folder::new();
+    let text = |high: f32| {
+        format!(
+            "[camera]\neye = [0, -1, 0.5]\ntarget = [0, 0, 0.1]\n[simulation]\npressure = 'wcsph'\nshifting = true\n\
+             [[collider]]\nshape.room = {{ center = [0, 0, 0.1], half = [0.1, 0.1, 0.1] }}\n[[object]]\nname = 'water'\n\
+             source.box = {{ min = [-0.1, -0.1, 0], max = [0.1, 0.1, {high}] }}\nmaterial.sph = {{}}\ndensity = 1000.0\n"
+        )
+    };
+    folder.scene(&text(0.1), &[("shifting = true", "shifting = true\nparticle_size = 0.01")]);
+    folder.run(&["check", "scene.toml"]).expect(2, &["simulation.shifting", "fill 0.50 of one"]);
+    folder.scene(&text(0.2), &[("shifting = true", "shifting = true\nparticle_size = 0.01")]);
+    folder.run(&["check", "scene.toml"]).expect(0, &[]);
+}
+
 /// Explicit steps of honey of 4 mm are 0.125 h²/ν = 2.9e-4 s; gravity allows 0.125 sqrt(h/g) = 2.5e-3 s.
 #[test]
 fn a_plan_says_how_viscosity_is_found() {

@@ -1,4 +1,4 @@
-//! use lib/clock lib/reference lib/force
+//! use lib/clock lib/reference lib/force lib/shock
 // Moves the nodes: gathers the forces of the cells around each in a fixed order, adds gravity and fields, and steps by
 // velocity Verlet: the kick of each step is half of the last and half of its own, so that with a last one of dt = 0 place
 // and velocity are of the same time. A node behind a clamp moves by the opposite of its mirror image, and gives its force, reversed, to
@@ -13,6 +13,9 @@
 // Some nodes have mirror images. Without any, the second sum is left out: a software driver takes every branch.
 // As a loop that ends after one turn it is slower still (12 ns of processor time a point of a cube for 10, without it 7).
 override MIRRORED: bool = true;
+
+// There is something to meet: what is fast takes steps in which it cannot pass it by. What is slow is seen by contact.
+override MEETS: bool = false;
 
 struct Vectors { d: array<vec4f> }
 @group(0) @binding(0) var nodes: texture_1d<u32>;
@@ -85,6 +88,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if (forced && speed > most) {
         atomicAdd(&clock.clamped_velocity, 1u);
         now *= most / speed;
+    }
+    if (MEETS && speed > CALM * solid.wave) {
+        atomicMax(&clock.speed_bits, bitcast<u32>(max(clock.wave_speed, solid.wave) + speed));
     }
     let moved = was + dt * now;
     v.d[n] = vec4f(now, dt);

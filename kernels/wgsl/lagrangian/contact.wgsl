@@ -1,7 +1,8 @@
 //! use lib/clock lib/polar lib/touch lib/shock
-// Contact of the surface with the obstacles: a pressure for the depth of each face, which grows faster where it is deep, and
-// that of a shock; and a spring along the surface that slips by Coulomb's law (Cundall & Strack 1979). Faces are half a spacing from their points; where they are follows
-// exactly from the value and two derivatives at the point. One lane a point.
+// Contact of the surface with the obstacles: a pressure for the depth of each face, which grows faster where it is
+// deep, and that of a shock; and a spring along the surface that slips by Coulomb's law (Cundall & Strack 1979). Faces
+// are half a spacing from their points; where they are follows exactly from the value and two derivatives at the point.
+// One lane a point.
 //! texels cells: ElasticCell
 //! texels solids: Solid
 //! texels skins: Skin

@@ -2,10 +2,11 @@
 // Forces of each cell on its 27 nodes, f = −Σ V0 P(F) ∇N with F = I + Σ u ⊗ ∇N at its points, and what pushes their
 // surface: Σ N f. One lane a cell; sums go axis by axis, down to the points and back up.
 // A cell of eight points: 33 loads (27 of them displacements), 27 stores of four words, some 3600 operations; one that
-// may be pushed 56 loads more, and one that is damped, or may meet a shock, 27 and its points' rates. On a software driver 25 ns of processor time a point of a cube of 37³, where it was 46: of
-// those 10 are stores, 1 loads, 14 arithmetic. What helped: four polar decompositions at once (10 ns), pushes in a call of
-// their own (6), as many lanes as cells (8). What did not: 12 bytes a store for 16; three steps of third order for ten
-// of Newton (9, but not exact where a point is inside out) and leaving either early point by point (5).
+// may be pushed 56 loads more, and one that is damped, or may meet a shock, 27 and its points' rates. On a software
+// driver 25 ns of processor time a point of a cube of 37³, where it was 46: of those 10 are stores, 1 loads, 14
+// arithmetic; 37 for 28 where shocks may be met. What helped: four polar decompositions at once (10 ns), pushes in a
+// call of their own (6), as many lanes as cells (8). What did not: 12 bytes a store for 16; three steps of third order
+// for ten of Newton (9, but not exact where a point is inside out) and leaving either early point by point (5).
 //! texels cells: ElasticCell
 //! texels solids: Solid
 //! texels u: vec4f

@@ -1,8 +1,9 @@
 //! use lib/clock lib/facet lib/shock
 // Contact of bodies with each other, facet by facet of two bodies that face each other: a pressure for the depth, that
-// of a shock, and a spring along the surface that slips by Coulomb's law. Each pair pushes both of its facets by the same force: it is
-// made of the two areas and of a weight W of their distance along the surface, whose sum times the areas around a place
-// is one. The other is found by the bounds of its group of 64. One lane a facet, one workgroup a group.
+// of a shock, and a spring along the surface that slips by Coulomb's law. Each pair pushes both of its facets by the
+// same force: it is made of the two areas and of a weight W of their distance along the surface, whose sum times the
+// areas around a place is one. The other is found by the bounds of its group of 64. One lane a facet, one workgroup a
+// group.
 //! texels patches: Patch
 //! texels bounds: Bounds
 

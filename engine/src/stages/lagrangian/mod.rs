@@ -168,7 +168,8 @@ impl<'gpu> Lagrangian<'gpu> {
         let constants = constants(world)
             .with("MIRRORED", f64::from(u8::from(reference.mirrored())))
             .with("DAMPED", f64::from(u8::from(damped)))
-            .with("SHOCKED", f64::from(u8::from(shocked(world, own))));
+            .with("SHOCKED", f64::from(u8::from(shocked(world, own))))
+            .with("MEETS", f64::from(u8::from(!world.colliders.is_empty() || world.bodies.len() > 1)));
         let obstacles = !world.colliders.is_empty();
         let several = own.iter().filter(|own| **own).count() > 1;
         let facets =

@@ -130,7 +130,8 @@ impl<'gpu> Sph<'gpu> {
             speed: start::fastest(world) + limits(world).speed,
             stop: None,
             guarded: world.force_dt.is_none(),
-            budget: world.force_dt.is_none().then(|| Budget::new(world)),
+            // What shifts do to heights is work that nobody counts.
+            budget: (world.force_dt.is_none() && !world.fluid.shifting).then(|| Budget::new(world)),
             work_unit: 1.0,
             count: count as u32,
         };

@@ -14,11 +14,20 @@ impl Clip<'_> {
     /// nothing.
     pub(super) fn check_frame(&self, animation: &Animation, frame: u32, stats: &FrameStats) -> Result<(), AppError> {
         if let Some(fast) = stats.stalled {
+            let solver = self.report.solver.as_deref().unwrap_or_default();
+            let of = if solver.contains("SPH") {
+                "sph"
+            } else if solver.starts_with("total Lagrangian") {
+                "lagrangian"
+            } else {
+                "mpm"
+            };
+            let forced = if self.scene.simulation.force_dt.is_some() { ", or remove simulation.force_dt" } else { "" };
             let object = self.report.particles.get(fast.body as usize).map_or("", |p| p.object.as_str());
             return Err(AppError::Numeric(format!(
-                "frame {frame} has no end: `mpm/clock` asks for steps below the rounding of time. Particle {} of the buffer \
-                 mpm/particles, of object '{object}', moves at {:e} m/s, is stretched to {:e} and has {:e} of its volume. \
-                 Make what it meets softer or slower, or remove simulation.force_dt",
+                "frame {frame} has no end: `{of}/clock` asks for steps below the rounding of time. Particle {} of the buffer \
+                 {of}/particles, of object '{object}', moves at {:e} m/s, is stretched to {:e} and has {:e} of its volume. \
+                 Make it or what it meets softer or slower, or start it further from obstacles{forced}",
                 fast.particle, fast.speed, fast.stretch, fast.volume
             )));
         }

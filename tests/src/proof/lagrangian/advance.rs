@@ -44,6 +44,8 @@ fn inputs(ask: Ask) -> Call {
     let clock = Clock { frame_start: 0.9, t: 0.1, dt, dx, force_dt, ..Default::default() };
     Call::new(b.nodes.len().div_ceil(64) + 1)
         .constant("MIRRORED", f64::from(u8::from(mirrored)))
+        .constant("MEETS", (ask.seed % 2) as f64)
+        .with("meets", &[(ask.seed % 2) as u32])
         .immediates(&b.sizes)
         .with("nodes", &b.nodes)
         .with("solids", &solids())
@@ -77,7 +79,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     }
     let dt = f64::from(was.dt);
     let (mut got, mut want, mut scale) = (Vec::new(), Vec::new(), Vec::new());
-    let (mut lost, mut kept) = (0, true);
+    let (mut lost, mut kept, mut fastest) = (0, true, 0.0f64);
     let (mut limited, mut perhaps) = (0, 0);
     let mut images = vec![false; nodes.len()];
     nodes.iter().filter(|n| n.mirror != NOBODY).for_each(|n| images[n.mirror as usize] = true);
@@ -102,6 +104,9 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             continue;
         }
         let mut next = if bad { Vec3::zeros() } else { next };
+        if input.one::<u32>("meets") == 1 && next.norm() > 0.25 * f64::from(solid.wave) {
+            fastest = fastest.max(f64::from(was.wave_speed.max(solid.wave)) + next.norm());
+        }
         let most = 0.9 * f64::from(was.dx) / dt.max(f64::from(v[i][3]));
         if was.force_dt > 0.0 {
             limited += u32::from(next.norm() > most * (1.0 + 1e-5));
@@ -126,6 +131,10 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     }
     vec![
         Compared::close("place and velocity", got, want, scale),
+        Compared::fact("what is fast shortens the next step", {
+            let told = f64::from(f32::from_bits(clock.speed_bits));
+            perhaps > 0 || (told - fastest).abs() <= 2e-5 * (fastest + 1.0)
+        }),
         Compared::equal("lost", &[clock.quarantined], &[lost]),
         Compared::fact("those slowed down are counted", (limited..=perhaps).contains(&clock.clamped_velocity)),
         Compared::fact("what is held stays, and the step is remembered", kept),
