@@ -31,7 +31,7 @@ pub(crate) fn overlapping(bodies: &[Body], reach: f32, counts: impl Fn(usize) ->
 const INSIDE: f32 = 0.25;
 
 /// Distance of particles of two liquids that overlap, over the spacing: lattices that lie in each other have some nearer than
-/// that unless they are all but centred, and what only touches has none.
+/// that unless they are all but centred, and boxes that only touch have none.
 const CLOSE: f32 = 0.7;
 
 /// Liquids of SPH are thrown out of what they start in, obstacles and each other: such scenes are refused. `ground` is its

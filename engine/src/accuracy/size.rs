@@ -4,7 +4,11 @@
 /// neighbours through it along the axes. For a bar that is its thickness, for a ball about half of its diameter. Particles
 /// are `spacing` [m] apart, or are counted in cubes of it.
 pub fn size(positions: &[[f32; 3]], spacing: f32) -> f32 {
-    let place = |x: &[f32; 3]| x.map(|c| (f64::from(c) / f64::from(spacing)).floor() as i64);
+    // The first layer is in the middle of its cubes, wherever the body's lattice lies.
+    let low: [f32; 3] = std::array::from_fn(|a| positions.iter().map(|x| x[a]).fold(f32::MAX, f32::min));
+    let place = |x: &[f32; 3]| -> [i64; 3] {
+        std::array::from_fn(|a| (f64::from(x[a] - low[a]) / f64::from(spacing) + 0.5).floor() as i64)
+    };
     let mut cubes: Vec<[i64; 3]> = positions.iter().map(place).collect();
     cubes.sort_unstable();
     cubes.dedup();
@@ -63,5 +67,14 @@ mod tests {
     #[test]
     fn no_particles_have_no_size() {
         assert!(size(&[], 0.1).abs() < 1e-9);
+    }
+
+    /// On the edges of cubes counted from the origin, where rounding would decide.
+    #[test]
+    fn where_a_lattice_lies_does_not_matter() {
+        let spacing = 0.013;
+        let at = |i: i32| [i % 7, i / 7 % 7, i / 49].map(|k| (k - 3) as f32 * spacing);
+        let cube: Vec<[f32; 3]> = (0..343).map(at).collect();
+        assert!((size(&cube, spacing) - 7.0 * spacing).abs() < 1e-6, "{}", size(&cube, spacing));
     }
 }
