@@ -187,7 +187,7 @@ const LAGRANGIAN: [(&str, &str, &str, &str); 47] = [
     ("lagrangian/contact", "lagrangian/contact", "if (normal <= firmest)", "if (normal >= firmest)"),
     ("lagrangian/contact", "lib/touch", "select(11u + axis, 8u + axis", "select(8u + axis, 11u + axis"),
     ("lagrangian/contact", "lib/touch", "rotate(hit.xyz, p.axis, p.angle)", "rotate(hit.xyz, p.axis, -p.angle)"),
-    ("lagrangian/advance", "lagrangian/advance", "MEETS && speed > CALM", "MEETS && speed > 2.0 * CALM"),
+    ("lagrangian/advance", "lagrangian/advance", "solid.wave) + speed", "solid.wave) + 0.5 * speed"),
 ];
 
 /// The same for bodies on grids of their own that meet.
