@@ -14,13 +14,10 @@ impl Clip<'_> {
     /// nothing.
     pub(super) fn check_frame(&self, animation: &Animation, frame: u32, stats: &FrameStats) -> Result<(), AppError> {
         if let Some(fast) = stats.stalled {
-            let solver = self.report.solver.as_deref().unwrap_or_default();
-            let of = if solver.contains("SPH") {
-                "sph"
-            } else if solver.starts_with("total Lagrangian") {
-                "lagrangian"
-            } else {
-                "mpm"
+            let of = match (self.assembled.world.is_fluid(), self.assembled.elastic.total_lagrangian) {
+                (true, _) => "sph",
+                (_, true) => "lagrangian",
+                _ => "mpm",
             };
             let forced = if self.scene.simulation.force_dt.is_some() { ", or remove simulation.force_dt" } else { "" };
             let object = self.report.particles.get(fast.body as usize).map_or("", |p| p.object.as_str());
