@@ -56,8 +56,8 @@ pub(crate) fn refuse(scene: &Scene, world: &World, object_of: &[usize], ground: 
         };
         let told = |name: String, (count, most): (usize, f32)| {
             format!(
-                "'{}' starts inside {name}: {count} of its {} particles, up to {most:.3} m deep",
-                body.name,
+                "{} inside {name}: {count} of its {} particles, up to {most:.3} m deep",
+                begins(body),
                 body.positions.len()
             )
         };
@@ -73,9 +73,19 @@ pub(crate) fn refuse(scene: &Scene, world: &World, object_of: &[usize], ground: 
     }
     shifted(scene, world)?;
     match overlapping(&world.bodies, CLOSE * size, |_| true) {
-        Some((a, b)) => fail(b, format!("'{}' and '{}' overlap", world.bodies[a].name, world.bodies[b].name)),
+        Some((a, b)) => fail(b, format!("{} and {} overlap", called(&world.bodies[a]), called(&world.bodies[b]))),
         None => Ok(()),
     }
+}
+
+fn begins(body: &Body) -> String {
+    format!("{} {}", called(body), if body.emission.is_some() { "lies" } else { "starts" })
+}
+
+/// A body, or the nozzle that it waits in.
+fn called(body: &Body) -> String {
+    let nozzle = if body.emission.is_some() { "the nozzle of " } else { "" };
+    format!("{nozzle}'{}'", body.name)
 }
 
 /// Share of a room that liquids have to fill where particles are shifted.

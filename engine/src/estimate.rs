@@ -111,7 +111,7 @@ const LIGHT: f32 = 1e-6;
 /// What a user should know of the steps: that the paper's are not stable here, and what makes a stiff solid cheaper.
 pub fn step_notes(world: &World, fps: f32) -> Vec<String> {
     if let Some(forced) = world.force_dt {
-        return vec![forced_note(forced, world.chosen_step())];
+        return vec![forced_note(forced, world.chosen_step(), 1.0 / fps)];
     }
     if world.is_fluid() {
         return fluid::step_notes(world);
@@ -159,11 +159,14 @@ pub fn step_notes(world: &World, fps: f32) -> Vec<String> {
     notes
 }
 
-/// What a forced step is beside the one that would be chosen [s].
-fn forced_note(forced: f32, chosen: f32) -> String {
+/// What a forced step is beside the one that would be chosen, in frames of `frame` [s].
+fn forced_note(forced: f32, chosen: f32, frame: f32) -> String {
+    let whole =
+        if forced > frame { format!("a step is no longer than a frame, {frame:.1e} s: ") } else { String::new() };
+    let forced = forced.min(frame);
     let times = forced / chosen;
     let outlook = if times > 1.0 { "it may blow up, and is not taken back" } else { "it only takes longer" };
-    format!("steps of {forced:.1e} s are forced, {times:.1} times those chosen at the start: {outlook}")
+    format!("{whole}steps of {forced:.1e} s are forced, {times:.1} times those chosen at the start: {outlook}")
 }
 
 #[cfg(test)]
@@ -224,6 +227,8 @@ mod tests {
             "{:?}",
             told(1e-5)
         );
+        let whole = told(1.0);
+        assert!(whole[0].starts_with("a step is no longer than a frame, 4.2e-2 s: steps of 4.2e-2 s"), "{whole:?}");
     }
 
     /// ζ = 1.1 β c/dx = 7.5 of the fastest vibration: 1/(ζ + sqrt(1 + ζ²)) of the step.

@@ -91,7 +91,9 @@ const EFFECTS: [(&str, &str, &str, &str); 27] = [
 ];
 
 /// The same for steps and energies.
-const GUARD: [(&str, &str, &str, &str); 13] = [
+const GUARD: [(&str, &str, &str, &str); 15] = [
+    ("mpm/clock", "lib/tick", " - atomicLoad(&clock.left)", ""),
+    ("cells/locate", "cells/locate", "finite(head.xyz) && finite(v)", "false"),
     ("mpm/clock", "lib/tick", "LEAST_STEP * clock.frame_length", "0.0"),
     ("mpm/clock", "lib/tick", "clock.stalled = 1u;", ""),
     ("mpm/measure", "mpm/measure", "only.body == EVERY || ", ""),

@@ -2,9 +2,9 @@
 //! too long without anything running away. Knows the world and no solver.
 
 use physvideo_gpu::kernels::family::field;
-use physvideo_gpu::kernels::{Clock, Collider, Field};
+use physvideo_gpu::kernels::{Clock, Collider, Field, Particle};
 
-use super::solver::Measure;
+use super::solver::{BODY, DORMANT, Measure, QUARANTINED};
 use crate::world::World;
 
 /// Gain beyond all that can have come in, summed over frames less what they lose, as a share of the energy at hand. The
@@ -23,6 +23,8 @@ const EARTH: f64 = 9.81;
 pub struct Budget {
     sources: Vec<Source>,
     colliders: Vec<Collider>,
+    /// What pulls each body [m/s²].
+    gravity: Vec<[f32; 3]>,
     /// Largest speed of an obstacle within the domain [m/s].
     swiftest: f64,
     /// Of all bodies [kg].
@@ -99,6 +101,7 @@ impl Budget {
             sources: world.fields.iter().enumerate().map(source).collect(),
             swiftest: world.colliders.iter().map(|c| swiftest(c, world.domain)).fold(0.0, f64::max),
             colliders: world.colliders.clone(),
+            gravity: world.bodies.iter().map(|b| b.gravity.unwrap_or(world.gravity)).collect(),
             mass: all,
             floor: all * (FALL * pull * f64::from(cell) + 0.5 * (MACH * slowest).powi(2)) + taut,
             spent: 0.0,
@@ -116,6 +119,19 @@ impl Budget {
     pub fn unit(&self, before: &Measure) -> f32 {
         let most = before.energy() + self.floor + 0.5 * self.mass * self.swiftest.powi(2);
         (most / f64::from(1 << 18).powi(2)).max(f64::from(f32::MIN_POSITIVE)) as f32
+    }
+
+    /// Energy in motion and in gravity, where they are now, of particles of `now` that have been taken out since `then` [J]:
+    /// what leaves the domain takes it along.
+    pub fn taken(&self, then: &[Particle], now: &[Particle]) -> f64 {
+        let here = |p: &Particle| p.tag & QUARANTINED == 0;
+        let went = then.iter().zip(now).filter(|(a, b)| here(a) && !here(b) && b.tag & DORMANT == 0);
+        let dot = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).map(|(a, b)| f64::from(a * b)).sum::<f64>();
+        let energy = |p: &Particle| {
+            let gravity = self.gravity.get((p.tag & BODY) as usize).copied().unwrap_or_default();
+            f64::from(p.m) * (0.5 * dot(p.v, p.v) - dot(gravity, p.x))
+        };
+        went.map(|(_, b)| energy(b)).filter(|e| e.is_finite()).sum()
     }
 
     /// Whether a frame may end so: it began with `before` and ends with `after`, sums over all bodies, and `work` [J] came
@@ -149,7 +165,7 @@ mod tests {
 
     fn budget(fields: &[Field]) -> Budget {
         let sources = fields.iter().map(|f| Source::new(f, 2.0, 1.0)).collect();
-        Budget { sources, colliders: vec![], swiftest: 0.0, mass: 2.0, floor: 1e-6, spent: 0.0 }
+        Budget { sources, colliders: vec![], gravity: vec![], swiftest: 0.0, mass: 2.0, floor: 1e-6, spent: 0.0 }
     }
 
     fn of(kinetic: f64, potential: f64) -> Measure {
@@ -200,6 +216,16 @@ mod tests {
         assert!(budget(&[]).allows(&before, &after, 3.0, 0.0, 0.1));
         assert!(!budget(&[]).allows(&before, &after, 0.0, 0.0, 0.1));
         assert!(!budget(&[]).allows(&before, &before, -0.5, 0.0, 0.1));
+    }
+
+    /// 2 kg at 3 m/s, 5 m below the height at which gravity's energy is 0.
+    #[test]
+    fn what_leaves_takes_its_energy_along() {
+        let budget = Budget { gravity: vec![[0.0, 0.0, -10.0]], ..budget(&[]) };
+        let at = |z, tag| Particle { x: [0.0, 0.0, z], v: [3.0, 0.0, 0.0], m: 2.0, tag, ..Default::default() };
+        let then = [at(-4.9, 0), at(0.0, 0), at(1.0, QUARANTINED), at(2.0, 0)];
+        let now = [at(-5.0, QUARANTINED), at(0.0, 0), at(1.0, QUARANTINED), at(2.0, QUARANTINED | DORMANT)];
+        assert_eq!(budget.taken(&then, &now), 9.0 - 100.0);
     }
 
     #[test]

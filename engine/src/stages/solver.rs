@@ -21,6 +21,8 @@ pub struct FrameStats {
     pub clamped_volume: u32,
     /// Particles taken out: not finite, or outside the grid.
     pub quarantined: u32,
+    /// Of those, finite ones that left the grid's domain: no fault of the steps.
+    pub left: u32,
     /// Groups of 64 particles that each substep worked on; those not emitted yet and those asleep are in none.
     pub groups: u32,
     /// Particles at rest that were asleep.
@@ -41,6 +43,8 @@ pub struct FrameStats {
     pub unsolved: u32,
     /// Attempts that ended with more energy than can have come in; where shorter steps do not help, the last is kept.
     pub gained: u32,
+    /// The frame was kept with a fault that shorter steps did not mend, and faults like it are no longer looked for.
+    pub unmended: bool,
     /// The frame asked for steps too short ever to end it; nothing has moved.
     pub stalled: Option<Fastest>,
     /// The frame was given up as [`Solver::stop_when`] asked; nothing has moved.
@@ -193,6 +197,8 @@ pub(super) const RUNS: usize = 14;
 /// The first of the latter.
 pub(super) const CALLS: usize = 8;
 
+/// Bits of a particle's tag that number its body (`BODY_MASK` in WGSL).
+pub const BODY: u32 = 0xff;
 /// Flag of a particle that is held (`PINNED` in WGSL).
 pub const PINNED: u32 = 0x4000_0000;
 /// Flag of a particle at rest that gives to the grid at the most (`ASLEEP` in WGSL).

@@ -79,6 +79,8 @@ pub struct Report {
     pub skipped: Vec<Skipped>,
     /// Limits that were hit.
     pub clamps: Clamps,
+    /// Numbers of frames that were kept with a fault which shorter steps did not mend.
+    pub unmended: Vec<u32>,
     /// Particles that left an emitter.
     pub emitted: u64,
     /// Times that a particle started anew at its source.
@@ -204,6 +206,8 @@ pub struct Clamps {
     pub gained: u64,
     /// Particles taken out: not finite, or outside the grid.
     pub quarantined: u64,
+    /// Those of them that left the grid's domain.
+    pub left: u64,
 }
 
 /// What should change only as physics says.
@@ -270,8 +274,8 @@ impl Report {
         plan.stages.iter().map(entry).collect()
     }
 
-    /// Adds what happened in a frame.
-    pub fn count(&mut self, stats: &FrameStats) {
+    /// Adds what happened in frame `frame`.
+    pub fn count(&mut self, frame: u32, stats: &FrameStats) {
         self.substeps += u64::from(stats.substeps);
         self.searches += u64::from(stats.searches);
         self.clamps.velocity += u64::from(stats.clamped_velocity);
@@ -281,10 +285,12 @@ impl Report {
         self.clamps.rejected += u64::from(stats.rejected);
         self.clamps.gained += u64::from(stats.gained);
         self.clamps.quarantined += u64::from(stats.quarantined);
+        self.clamps.left += u64::from(stats.left);
+        self.unmended.extend(stats.unmended.then_some(frame));
         self.recycled += u64::from(stats.recycled);
         self.emitted += u64::from(stats.emitted);
-        if stats.substeps > 0 {
-            let (min, max) = stats.dt;
+        let (min, max) = stats.dt;
+        if max > 0.0 {
             let so_far = self.dt.unwrap_or(Range { min, max });
             self.dt = Some(Range { min: so_far.min.min(min), max: so_far.max.max(max) });
         }
@@ -306,8 +312,19 @@ impl Report {
     /// What a user should know of the clamps, in plain words.
     pub fn warn_of_clamps(&mut self) {
         let c = self.clamps;
+        if !self.unmended.is_empty() {
+            let frames = self.unmended.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
+            self.warnings.push(format!(
+                "frame {frames}: shorter steps did not mend what is counted below, and from there on energy, or what runs \
+                 away, is no longer judged: look at it, or lower `simulation.courant`"
+            ));
+        }
         for (count, what) in [
-            (c.quarantined, "particles were taken out: they left the grid's domain or were no longer finite"),
+            (
+                c.left,
+                "particles left the grid's domain and were taken out: `simulation.domain` says how far it reaches",
+            ),
+            (c.quarantined.saturating_sub(c.left), "particles were no longer finite and were taken out"),
             (c.velocity, "grid nodes or particles were slowed down to one cell or spacing a substep"),
             (c.strain, "particle updates were limited to a stretch of one half in a substep"),
             (c.volume, "particle updates were kept from compressing further, or left out neighbours beyond 64"),
@@ -319,5 +336,24 @@ impl Report {
                 self.warnings.push(format!("{count} {what}"));
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_that_were_not_mended_are_named_first() {
+        let mut report = Report::default();
+        let bad = FrameStats { substeps: 9, gained: 4, rejected: 3, unmended: true, ..Default::default() };
+        report.count(6, &FrameStats::default());
+        report.count(7, &bad);
+        report.count(8, &FrameStats { quarantined: 5, left: 3, ..Default::default() });
+        report.warn_of_clamps();
+        assert_eq!(report.unmended, [7]);
+        let starts = ["frame 7: shorter steps did not", "3 particles left", "2 particles were no longer finite"];
+        assert!(report.warnings.iter().zip(starts).all(|(w, s)| w.starts_with(s)), "{:?}", report.warnings);
+        assert_eq!(report.dt, None, "no step was kept");
     }
 }

@@ -233,10 +233,10 @@ impl Clip<'_> {
             let since = Instant::now();
             let stats = animation.advance()?;
             self.report.took("simulate", since);
+            self.report.count(frame, &stats);
             if stats.stopped {
                 return Err(AppError::Interrupted { frames: frame, total, out: self.out.into() });
             }
-            self.report.count(&stats);
             self.check_frame(animation, frame, &stats)?;
             if let Some(format) = points {
                 let since = Instant::now();

@@ -83,7 +83,10 @@ fn keys_that_do_nothing_are_named() {
                  [output]";
     let rubs = ("name = \"jelly\"", "name = \"jelly\"\nfriction = 0.7\ndamping = 1e-3");
     let slow = ("young = 1e4", "young = 1.0");
-    folder.scene(FALL, &[settings, ("[output]", still), rubs, slow]);
+    let late = "[[field]]\nforce.uniform.acceleration = [1, 0, 0]\nobjects = ['shelf']\n\
+                [[field]]\nforce.uniform.acceleration = [1, 0, 0]\nstart = 9.0\n\
+                [[collider]]\nshape.box = { center = [2, 2, 0], half = [0.1, 0.1, 0.1] }\nsticky = true\nfriction = 0.4\nend = 0.01\n";
+    folder.scene(FALL, &[settings, ("[output]", &format!("{late}{still}")), rubs, slow]);
     for command in ["plan", "check"] {
         let said = folder.run(&[command, "scene.toml"]).out;
         for line in [
@@ -92,6 +95,10 @@ fn keys_that_do_nothing_are_named() {
             "`velocity` of 'shelf' does nothing: it has no material and stands still",
             "`friction` of 'jelly' does nothing: it acts where bodies are on grids of their own, and here none is",
             "`damping` of 'jelly' is left out",
+            "field[0] does nothing: what it names has no material and stands still",
+            "field[1] does nothing: it starts at 9 s, and the last frame is at 0.08 s",
+            "`friction` of collider[0] does nothing: it is `sticky`",
+            "`start` and `end` of collider[0] do nothing: they say when it moves, and it has no velocity",
         ] {
             assert!(said.contains(line), "{command}: {line:?} is not in:\n{said}");
         }
@@ -114,7 +121,9 @@ fn a_liquid_inside_something_is_refused() {
     let collider = "[[collider]]\nshape.ball = { center = [0.05, 0.05, 0.1], radius = 0.03 }\n";
     let other =
         "[[object]]\nname = 'oil'\nsource.ball = { center = [0.05, 0.05, 0.21], radius = 0.03 }\nmaterial.sph = {}\n";
+    let nozzle = other.replace("material.sph", "velocity = [0, 0, -1]\nemitter = {}\nmaterial.sph");
     for (low, more, says) in [
+        (0.0, &*nozzle, "'water' and the nozzle of 'oil' overlap"),
         (-0.05, "", "'water' starts inside the ground"),
         (0.0, collider, "'water' starts inside collider[0]"),
         (0.0, other, "'water' and 'oil' overlap"),

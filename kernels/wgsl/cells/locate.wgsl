@@ -31,11 +31,13 @@ fn main(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) la
         keys.d[p] = NOWHERE;
         return;
     }
-    let key = cell_key(head.xyz, texel(was, 6u * p + 1u).xyz);
+    let v = texel(was, 6u * p + 1u).xyz;
+    let key = cell_key(head.xyz, v);
     keys.d[p] = key;
     if (key == NOWHERE) {
         particles.d[p].tag = tag | QUARANTINED;
         atomicAdd(&clock.quarantined, 1u);
+        if (finite(head.xyz) && finite(v)) { atomicAdd(&clock.left, 1u); }
         return;
     }
     claim(key >> 6u);

@@ -34,4 +34,5 @@ struct Clock {
     work_unit: f32,       // [J] what one step of the next two stands for
     work_low: atomic<u32>,    // energy that moving obstacles and new starts have brought in this frame: a whole number of 64
     work_high: atomic<u32>,   // bits in two's complement
+    left: atomic<u32>,        // of those quarantined, finite ones that went over the domain's edge
 }

@@ -7,7 +7,9 @@ const LEAST_STEP: f32 = 2.5e-7;
 fn tick() {
     clock.t += clock.dt;
     let full = atomicLoad(&live.overflow) + atomicLoad(&live.crowded) > 0u;
-    let fault = clock.watch != 0u && atomicLoad(&clock.clamped_velocity) + atomicLoad(&clock.quarantined) > 0u;
+    // What leaves the domain at a speed it may have is no fault.
+    let lost = atomicLoad(&clock.quarantined) - atomicLoad(&clock.left);
+    let fault = clock.watch != 0u && atomicLoad(&clock.clamped_velocity) + lost > 0u;
     // The host makes room, wakes what sleeps or takes smaller steps, and repeats the frame.
     if (full || fault || clock.stalled != 0u || atomicLoad(&clock.stirred) > 0u) {
         stop();

@@ -170,6 +170,7 @@ fn move_particle(index: u32, x: vec3f, tag: u32, dt: f32) -> u32 {
     let reached = select(cell_key(there, s.v), NOWHERE, lost);
     let gone = lost || (LOCATES && reached == NOWHERE);
     if (gone) { atomicAdd(&clock.quarantined, 1u); }
+    if (gone && !lost && finite(there)) { atomicAdd(&clock.left, 1u); }
     let rate = vec4f(vec3f(4.0 * inv), 1.0);
     let to = 6u * index;
     particles.d[to] = vec4f(there, bitcast<f32>(tag | select(0u, QUARANTINED, gone)));

@@ -175,6 +175,41 @@ fn clean_runs_are_never_taken_back() {
     }
 }
 
+/// Two blocks fall side by side 5 m below the height at which gravity's energy is 0, and one goes over the domain's edge:
+/// that is no fault of the steps, and the 49 J/kg that it lacked are no gain of the other (4 J/kg).
+#[test]
+fn what_leaves_the_domain_is_no_fault() {
+    let gpu = gpu();
+    let lattice = Lattice::of_eight(1.0 / 16.0);
+    let block = |x: f64, speed: f64| {
+        let all = lattice.fill([x, 0.0, -5.0], [x + 0.25, 0.25, -4.75], |_| true);
+        lattice.body(Material::Elastic { young: 2e4, poisson: 0.3 }, 1000.0, &all, |_| [speed, 0.0, 0.0])
+    };
+    let mut w = world(vec![block(0.0, -1.0), block(0.5, 1.0)], lattice.dx, [-1.0, -1.0, -9.0], [1.0, 1.0, -4.0]);
+    w.gravity = [0.0, 0.0, -9.81];
+    let mut mpm = solver(&gpu, &w, "updated_lagrangian").unwrap();
+    let frames: Vec<_> = (0..15).map(|_| mpm.frame(0.05).unwrap()).collect();
+    let sum = |of: fn(&FrameStats) -> u32| frames.iter().map(of).sum::<u32>();
+    assert_eq!((sum(|f| f.left), sum(|f| f.quarantined)), (512, 512), "{frames:?}");
+    assert_eq!((sum(|f| f.rejected), sum(|f| f.gained)), (0, 0), "{frames:?}");
+    assert!(frames.iter().all(|f| !f.unmended), "{frames:?}");
+}
+
+/// A particle that is not a number is no step's to mend: three attempts later the frame is kept without it, and said to be
+/// kept so.
+#[test]
+fn what_cannot_be_mended_is_told() {
+    let gpu = gpu();
+    let lattice = Lattice::of_eight(1.0 / 16.0);
+    let cube = lattice.fill([0.0; 3], [0.25; 3], |_| true);
+    let mut jelly = lattice.body(Material::Elastic { young: 2e4, poisson: 0.3 }, 1000.0, &cube, |_| [0.0; 3]);
+    jelly.velocities[100][0] = f32::NAN;
+    let w = world(vec![jelly], lattice.dx, [-1.0; 3], [1.0; 3]);
+    let mut mpm = solver(&gpu, &w, "updated_lagrangian").unwrap();
+    let stats = mpm.frame(0.02).unwrap();
+    assert!(stats.unmended && stats.rejected == 3 && stats.quarantined > 0 && stats.left == 0, "{stats:?}");
+}
+
 /// Drag that would overshoot in a step of the waves: the step follows the drag, and the block takes the wind's speed,
 /// v = a (1 − exp(−k t)).
 #[test]

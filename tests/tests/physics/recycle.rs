@@ -79,5 +79,6 @@ fn a_hundred_thousand_returns_keep_their_rate() {
     assert_eq!(same, play(&gpu, &w, 2).1);
     // Control: without returns they leave the grid and are taken out.
     let mut lost = solver(&gpu, &stream(snow, false), "updated_lagrangian").unwrap();
-    assert_eq!(lost.frame(1.0).unwrap().quarantined as f64, n);
+    let stats = lost.frame(1.0).unwrap();
+    assert_eq!((f64::from(stats.quarantined), stats.left, stats.rejected), (n, stats.quarantined, 0));
 }

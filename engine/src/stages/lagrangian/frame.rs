@@ -174,7 +174,7 @@ impl Lagrangian<'_> {
                 return Ok(stats);
             }
             if bad && self.guarded {
-                (self.guarded, self.courant) = (false, began);
+                (self.guarded, self.courant, stats.unmended) = (false, began, true);
             }
             self.speed = f32::from_bits(clock.speed_bits);
             stats.dt = (clock.dt_min, clock.dt_max);

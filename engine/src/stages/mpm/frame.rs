@@ -63,7 +63,7 @@ impl Mpm<'_> {
 
     /// Advances by one frame of `length` seconds.
     ///
-    /// A frame in which a node ran away, a particle was lost or time stood still is taken back as soon as that shows, one
+    /// A frame in which a node ran away, a particle was no longer finite or time stood still is taken back as soon as that shows, one
     /// that ends with more energy than can have come in at its end (see [`Budget`]), and both are repeated with
     /// a Courant number 0.78 times as large, which the run then keeps: no step is safe for a particle nearly alone
     /// (Bai & Schroeder 2022), and how far a body is from that changes slowly. Three times a frame at most; where that
@@ -122,7 +122,7 @@ impl Mpm<'_> {
             }
             let live = self.gpu.read(self.cells.live)?[0];
             let stalled = clock.stalled != 0;
-            let bad = clock.clamped_velocity + clock.quarantined > 0 || stalled;
+            let bad = clock.clamped_velocity + clock.quarantined - clock.left > 0 || stalled;
             if live.overflow + live.crowded > 0 {
                 self.gpu.run(&back)?;
                 self.make_room(live.overflow > 0, live.crowded > 0)?;
@@ -139,7 +139,8 @@ impl Mpm<'_> {
             let gained = match &before {
                 Some(before) if !bad => {
                     let after = self.sums_over(EVERY)?;
-                    self.budget.as_mut().is_some_and(|b| !b.allows(before, &after, work(&clock), span.0, span.1))
+                    let came = work(&clock) - self.taken(clock.left)?;
+                    self.budget.as_mut().is_some_and(|b| !b.allows(before, &after, came, span.0, span.1))
                 }
                 _ => false,
             };
@@ -156,10 +157,10 @@ impl Mpm<'_> {
                 return Ok(stats);
             }
             if bad && self.guarded {
-                (self.guarded, self.courant) = (false, began);
+                (self.guarded, self.courant, stats.unmended) = (false, began, true);
             }
             if gained {
-                (self.budget, self.courant) = (None, began);
+                (self.budget, self.courant, stats.unmended) = (None, began, true);
             }
             self.speed = f32::from_bits(clock.speed_bits);
             stats.dt = (clock.dt_min, clock.dt_max);
@@ -167,6 +168,7 @@ impl Mpm<'_> {
             stats.clamped_strain = clock.clamped_strain;
             stats.clamped_volume = clock.clamped_volume;
             stats.quarantined = clock.quarantined;
+            stats.left = clock.left;
             if let Some(recycling) = &self.recycling {
                 stats.recycled = recycling.recycled(self.gpu)?;
             }
@@ -176,6 +178,12 @@ impl Mpm<'_> {
             self.settle(length)?;
             return Ok(stats);
         }
+    }
+
+    /// Energy that `left` particles have taken out of the domain in this frame [J].
+    fn taken(&self, left: u32) -> Result<f64, GpuError> {
+        let Some(budget) = self.budget.as_ref().filter(|_| left > 0) else { return Ok(0.0) };
+        Ok(budget.taken(&self.gpu.read(self.saved.0)?, &self.gpu.read(self.particles)?))
     }
 
     /// The particle that asks for the shortest step.

@@ -109,7 +109,7 @@ impl Sph<'_> {
 
     /// Advances by one frame of `length` seconds.
     ///
-    /// A frame in which a particle ran away or was lost, or that ends with more energy than can have come in (see
+    /// A frame in which a particle ran away or was no longer finite, or that ends with more energy than can have come in (see
     /// [`Budget`]; not judged while obstacles move), is taken back and repeated with half the Courant number, which doubles
     /// again after every third frame without a fault; three times a frame at most. Where that does not help, the run
     /// returns to its own steps, and what happens is counted.
@@ -163,11 +163,12 @@ impl Sph<'_> {
                 continue;
             }
             let stalled = clock.stalled != 0;
-            let bad = clock.clamped_velocity + clock.quarantined > 0 || stalled;
+            let bad = clock.clamped_velocity + clock.quarantined - clock.left > 0 || stalled;
             let gained = match &before {
                 Some(before) if !bad => {
                     let after = self.sums_over(EVERY)?;
-                    let allows = |b: &mut Budget| b.allows(before, &after, work(&clock), span.0, span.1);
+                    let came = work(&clock) - self.taken(clock.left)?;
+                    let allows = |b: &mut Budget| b.allows(before, &after, came, span.0, span.1);
                     !self.budget.as_mut().is_none_or(allows)
                 }
                 _ => false,
@@ -186,10 +187,10 @@ impl Sph<'_> {
                 return Ok(stats);
             }
             if bad && self.guarded {
-                (self.guarded, self.courant) = (false, began);
+                (self.guarded, self.courant, stats.unmended) = (false, began, true);
             }
             if gained {
-                (self.budget, self.courant) = (None, began);
+                (self.budget, self.courant, stats.unmended) = (None, began, true);
             }
             self.calm = if stats.rejected > 0 { 0 } else { self.calm + 1 };
             if self.calm > 0 && self.calm.is_multiple_of(CALM) {
@@ -201,6 +202,7 @@ impl Sph<'_> {
             stats.clamped_velocity = clock.clamped_velocity;
             stats.clamped_volume = clock.clamped_volume;
             stats.quarantined = clock.quarantined;
+            stats.left = clock.left;
             if let Some(recycling) = &self.recycling {
                 stats.recycled = recycling.recycled(self.gpu)?;
             }
@@ -214,6 +216,12 @@ impl Sph<'_> {
             self.time += f64::from(length);
             return Ok(stats);
         }
+    }
+
+    /// Energy that `left` particles have taken out of the domain in this frame [J].
+    fn taken(&self, left: u32) -> Result<f64, GpuError> {
+        let Some(budget) = self.budget.as_ref().filter(|_| left > 0) else { return Ok(0.0) };
+        Ok(budget.taken(&self.gpu.read(self.saved)?, &self.gpu.read(self.particles)?))
     }
 
     /// Doubles the number of blocks there is room for.

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use physvideo::assemble::assemble;
+use physvideo::estimate::step_notes;
 
 use super::print;
 use crate::budget;
@@ -25,7 +26,8 @@ pub(super) fn check(path: &Path) -> Result<(), AppError> {
     }
     let particles: usize = assembled.world.bodies.iter().map(|b| b.positions.len()).sum();
     print(&format!("{}: ok, {} objects, {particles} particles", path.display(), loaded.scene.objects.len()));
-    for note in &assembled.notes {
+    let steps = step_notes(&assembled.world, loaded.scene.output.fps);
+    for note in assembled.notes.iter().chain(&steps) {
         print(&format!("{:<12} {note}", "note"));
     }
     Ok(())

@@ -33,7 +33,7 @@ fn inputs(ask: Ask) -> Call {
     }
     let awake = awake(ask.items, ask.seed);
     let idle = idle(&awake, ask.items);
-    let clock = Clock { particles: ask.items as u32, idle, quarantined: 7, ..Default::default() };
+    let clock = Clock { particles: ask.items as u32, idle, quarantined: 7, left: 2, ..Default::default() };
     Call::new(awake.len().div_ceil(64))
         .with("awake", &awake)
         .with("particles", &cloud.particles)
@@ -57,9 +57,10 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let keys: Vec<u32> = before.iter().enumerate().map(each).collect();
     let here = keys.iter().enumerate().filter(|(i, k)| busy[*i] && **k != NOWHERE);
     let touched: BTreeSet<u32> = here.map(|(_, k)| k / 64).collect();
-    let (mut after, mut fresh) = (before.clone(), 0);
+    let (mut after, mut fresh, mut left) = (before.clone(), 0, 0);
     for (p, _) in after.iter_mut().zip(&keys).filter(|(_, k)| **k == NOWHERE) {
         fresh += u32::from(p.tag & QUARANTINED == 0);
+        left += u32::from(p.tag & QUARANTINED == 0 && p.x.iter().chain(&p.v).all(|c| c.is_finite()));
         p.tag |= QUARANTINED;
     }
     let (live, clock): (Live, Clock) = (out.one("live"), out.one("clock"));
@@ -83,6 +84,6 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         Compared::fact("each listed block once", listed.len() == held as usize && listed.is_subset(&touched)),
         Compared::fact("free slots stay free", list[held as usize..].iter().all(|b| *b == NOWHERE)),
         Compared::equal("table", &table, &entries.collect::<Vec<_>>()),
-        Compared::fact("clock", clock == Clock { quarantined: 7 + fresh, ..was }),
+        Compared::fact("clock", clock == Clock { quarantined: 7 + fresh, left: 2 + left, ..was }),
     ]
 }

@@ -37,6 +37,7 @@ pub(crate) fn sample(ask: Ask) -> Clock {
         dt_max: random.range(1e-5, 1e-2),
         clamped_velocity: 3,
         quarantined: 4,
+        left: 1,
         particles: ask.items as u32,
         idle: ask.items as u32 / 3,
         runs: std::array::from_fn(|i| match i {
@@ -61,7 +62,9 @@ fn inputs(ask: Ask) -> Call {
         8 => (clock.wave_speed, clock.speed_bits) = (1e-4, 0), // one step is more than the frame
         9 => clock.longest = length * 0.003,
         6 => clock.watch = 1,
-        7 => (clock.watch, clock.clamped_velocity, clock.quarantined) = (1, 0, 0),
+        // Those that only left the domain are no fault.
+        7 => (clock.watch, clock.clamped_velocity, clock.quarantined, clock.left) = (1, 0, 2, 2),
+        3 if ask.items == 65 => (clock.watch, clock.clamped_velocity, clock.quarantined, clock.left) = (1, 0, 2, 2),
         3 => clock.force_dt = length * 0.01,
         0 if ask.items == 1000 => clock.stirred = 1,
         0 if ask.items == 65 => clock.force_dt = length * 1e-7,
@@ -99,7 +102,7 @@ pub(crate) fn compare_clock(was: &Clock, live_was: &Live, now: &Clock) -> Vec<Co
     let t = of(was.t) + of(was.dt);
     let done = of(was.frame_length) - t <= 1e-6 * of(was.frame_length);
     let full = live_was.overflow + live_was.crowded > 0;
-    let fault = was.watch != 0 && was.clamped_velocity + was.quarantined > 0;
+    let fault = was.watch != 0 && was.clamped_velocity + was.quarantined - was.left > 0;
     // A speed that is not finite counts as the largest there is: the step is then as good as nothing.
     let speed = f32::from_bits(was.speed_bits);
     let speed = if speed.is_finite() { of(speed) } else { of(f32::MAX) };

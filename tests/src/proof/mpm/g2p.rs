@@ -98,6 +98,7 @@ fn inputs(ask: Ask) -> Call {
         speed_bits: 0.5f32.to_bits(),
         clamped_strain: 3,
         quarantined: 2,
+        left: 1,
         stir: 0.4,
         stirred: 6,
         ..Default::default()
@@ -171,7 +172,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     };
     let (mut x, mut v, mut c, mut f, mut tau) = <(Column, Column, Column, Column, Column)>::default();
     let mut kept = Column::default();
-    let (mut strained, mut squeezed, mut lost, mut idle) = (0, 0, 0, true);
+    let (mut strained, mut squeezed, mut lost, mut left, mut idle) = (0, 0, 0, 0, true);
     let mut stirred = Stirred::default();
     let mut found = Found::new(call, out);
     let mut fastest = f64::from(f32::from_bits(clock.speed_bits));
@@ -231,6 +232,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         // Where its cell is outside the grid it is taken out.
         let gone = found.locates && found.now[i] == NOWHERE;
         lost += u32::from(gone);
+        left += u32::from(gone);
         if doubtful {
             continue; // rounding decides which way it goes
         }
@@ -264,9 +266,9 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         tau.done("V0 τ"),
         Compared::near("fastest", vec![f64::from(f32::from_bits(after.speed_bits))], vec![fastest], fastest),
         Compared::equal(
-            "clamped strain and volume, quarantined",
-            &[after.clamped_strain, after.clamped_volume, after.quarantined],
-            &[clock.clamped_strain + strained, squeezed, clock.quarantined + lost],
+            "clamped strain and volume, quarantined, left the grid",
+            &[after.clamped_strain, after.clamped_volume, after.quarantined, after.left],
+            &[clock.clamped_strain + strained, squeezed, clock.quarantined + lost, clock.left + left],
         ),
         Compared::fact("pinned, lost, sleeping and unchanging values stay", idle),
         Compared::fact("motion beside what sleeps is counted", stirred.fits(after.stirred - clock.stirred)),
