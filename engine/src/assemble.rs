@@ -12,10 +12,9 @@ use crate::crossing;
 use crate::domain;
 use crate::elastic::{self, Choice};
 use crate::emission;
+use crate::filling::colored;
 use crate::fluid::Fluid;
-use crate::geometry::{
-    self, GeometryError, Lattice, MaskBody, Particles, PhotoData, Smoothing, SurfaceMap, TriangleMesh, WorldFromCamera,
-};
+use crate::geometry::{self, GeometryError, Lattice, Particles, PhotoData, Smoothing, SurfaceMap, WorldFromCamera};
 use crate::idle;
 use crate::limits::{Crowd, MOST_BODIES, refuse_short, refuse_wide};
 use crate::pins;
@@ -83,7 +82,7 @@ pub struct Assembled {
 }
 
 /// Something in the scene that cannot be built, at a key.
-fn at(key: String, message: impl ToString) -> Problem {
+pub(crate) fn at(key: String, message: impl ToString) -> Problem {
     Problem::new(Kind::Conflict, key, message.to_string())
 }
 
@@ -99,6 +98,8 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         .map_err(|e| at("simulation.particles_per_cell".into(), e))?;
     let liquid =
         Lattice::new(scene.simulation.particle_size, 1).map_err(|e| at("simulation.particle_size".into(), e))?;
+    let height = |g: &Ground| g.height.or(view.as_ref().and_then(|v| v.ground)).unwrap_or(0.0);
+    let ground = scene.ground.as_ref().map(height);
     let since = Instant::now();
     let mut crowd = Crowd::new(inputs.memory);
     let (mut bodies, mut notes) = (Vec::new(), Vec::new());
@@ -111,6 +112,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         for (index, object) in simulated {
             let lattice = if matches!(object.material, Some(Material::Sph { .. })) { &liquid } else { &lattice };
             let mut filled = colored(scene, index, inputs, view.as_ref(), lattice, &mut crowd)?;
+            notes.extend(crossing::clear(scene, object, ground, lattice.spacing, &mut filled));
             let emission = emission::pool(scene, index, object, &mut filled, &mut crowd)?;
             colors.extend_from_slice(&filled.colors);
             let body = body(scene, index, object, filled, view.as_ref(), &mut notes)?;
@@ -141,9 +143,8 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         ),
     };
     let mut colliders: Vec<_> = scene.colliders.iter().map(world::collider).collect();
-    let height = |g: &Ground| g.height.or(view.as_ref().and_then(|v| v.ground)).unwrap_or(0.0);
-    if let Some(ground) = &scene.ground {
-        colliders.insert(0, world::ground(height(ground), ground.friction));
+    if let (Some(height), Some(g)) = (ground, &scene.ground) {
+        colliders.insert(0, world::ground(height, g.friction));
     }
     if colliders.len() > 16 || scene.fields.len() > 16 {
         return Err(at("collider".into(), "at most 16 colliders (the ground counts) and 16 fields fit in a scene"));
@@ -171,7 +172,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         },
     };
     refuse_wide(domain, world.cell())?;
-    crossing::refuse(scene, &world, &object_of, scene.ground.as_ref().map(height))?;
+    crossing::refuse(scene, &world, &object_of, ground)?;
     let capped = scene.simulation.stiffness_cap.map_or_else(Vec::new, |share| cap::apply(share, &mut world));
     notes.extend(capped.iter().map(Capped::line));
     let elastic = elastic::choose(scene.simulation.elastic, &world)?;
@@ -236,92 +237,6 @@ fn frame_size(scene: &Scene, view: Option<&View>) -> (u32, u32) {
         _ => {
             let height = scene.output.height.unwrap_or((scene.output.width * 9 / 16).max(2));
             (scene.output.width, height.next_multiple_of(2))
-        }
-    }
-}
-
-/// The particles of an object, with pattern and light where it has no colours of its own.
-fn colored(
-    scene: &Scene,
-    index: usize,
-    inputs: &Inputs,
-    view: Option<&View>,
-    lattice: &Lattice,
-    crowd: &mut Crowd,
-) -> Result<Particles, Problem> {
-    let object = &scene.objects[index];
-    let mut filled = fill(index, object, inputs, view, lattice, crowd)?;
-    let (origin, yaw) = match &object.source {
-        Source::Box { min, .. } => (*min, 0.0),
-        Source::Ball { center, .. } => (*center, 0.0),
-        Source::Mesh { yaw, position, .. } => (*position, *yaw),
-        Source::Mask { .. } | Source::Points { .. } => return Ok(filled),
-    };
-    if let Some(side) = object.checks {
-        let back = glam::Quat::from_rotation_z(-yaw.to_radians());
-        geometry::checks(&mut filled, side, |x| back * (x - Vec3::from(origin)));
-    }
-    if let Some(light) = scene.render.light {
-        geometry::shade(&mut filled, lattice.spacing, Vec3::from(light));
-    }
-    Ok(filled)
-}
-
-fn fill(
-    index: usize,
-    object: &Object,
-    inputs: &Inputs,
-    view: Option<&View>,
-    lattice: &Lattice,
-    crowd: &mut Crowd,
-) -> Result<Particles, Problem> {
-    let key = format!("object[{index}].source");
-    let fail = |e: GeometryError| at(key.clone(), e);
-    let mut room = |count: u64| crowd.add(&key, object, count);
-    let predicted = |volume: f64| lattice.predict_count(volume);
-    match &object.source {
-        Source::Box { min, max } => {
-            room(predicted((0..3).map(|a| f64::from(max[a]) - f64::from(min[a])).product()))?;
-            if matches!(object.material, Some(Material::Sph { .. })) {
-                return lattice.fill_vessel(&object.name, *min, *max, object.color).map_err(fail);
-            }
-            lattice.fill_box(&object.name, *min, *max, object.color).map_err(fail)
-        }
-        Source::Ball { center, radius } => {
-            room(predicted(4.19 * f64::from(*radius).powi(3)))?;
-            lattice.fill_ball(&object.name, *center, *radius, object.color).map_err(fail)
-        }
-        Source::Mesh { scale, yaw, position, .. } => {
-            let Some((vertices, triangles)) = inputs.meshes.get(&index) else {
-                return Err(at(key.clone(), "its mesh was not read"));
-            };
-            let turn = glam::Quat::from_rotation_z(yaw.to_radians());
-            let placed: Vec<[f32; 3]> = vertices
-                .iter()
-                .map(|v| (turn * (Vec3::from(*v) * *scale) + Vec3::from(*position)).to_array())
-                .collect();
-            let mesh = TriangleMesh::new(&placed, triangles).map_err(fail)?;
-            room(predicted(mesh.volume()))?;
-            lattice.fill_mesh(&object.name, &mesh, object.color).map_err(fail)
-        }
-        Source::Points { scale, position, .. } => {
-            let Some((points, colors)) = inputs.points.get(&index) else {
-                return Err(at(key.clone(), "its points were not read"));
-            };
-            room(points.len() as u64)?;
-            let positions: Vec<_> =
-                points.iter().map(|p| std::array::from_fn(|a| p[a] * scale + position[a])).collect();
-            let colors = colors.clone().unwrap_or_else(|| vec![object.color; positions.len()]);
-            Ok(Particles { positions, volume: lattice.spacing.powi(3), colors })
-        }
-        Source::Mask { label, thickness } => {
-            let Some(View { photo, surfaces: Some(map), world, .. }) = view else {
-                return Err(at(key.clone(), "a mask needs [photo]"));
-            };
-            let thick = geometry::thickness(map, *label, *thickness);
-            let body = MaskBody::new(map, *label, &thick, &photo.rgb, world).map_err(fail)?;
-            room(predicted(body.volume()))?;
-            lattice.fill_mask(&object.name, &body).map_err(fail)
         }
     }
 }

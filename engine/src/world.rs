@@ -7,6 +7,7 @@ use physvideo_gpu::kernels::family::field;
 
 use crate::fluid::{self, CELL, Fluid};
 use crate::scene::{Collider, Field, FieldRegion, Material, Object};
+use crate::walls::met;
 
 /// Everything a run simulates.
 #[derive(Clone, Debug)]
@@ -86,11 +87,17 @@ impl World {
         forces
     }
 
-    /// The obstacles as the kernels see them.
+    /// The obstacles as the kernels see them. A liquid of SPH does not meet those behind a room's walls.
     pub fn obstacles(&self) -> kernels::Colliders {
+        // A hundredth of a particle is rounding of what was meant to coincide.
+        let met = if self.is_fluid() {
+            met(&self.colliders, 1e-2 * self.fluid.particle_size)
+        } else {
+            self.colliders.clone()
+        };
         let mut colliders = kernels::Colliders::zeroed();
-        colliders.count = self.colliders.len().min(MOST) as u32;
-        for (slot, collider) in colliders.d.iter_mut().zip(&self.colliders) {
+        colliders.count = met.len().min(MOST) as u32;
+        for (slot, collider) in colliders.d.iter_mut().zip(&met) {
             *slot = *collider;
         }
         colliders

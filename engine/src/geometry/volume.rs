@@ -70,13 +70,31 @@ impl Lattice {
         max: [f32; 3],
         color: [f32; 3],
     ) -> Result<Particles, GeometryError> {
-        let h = self.spacing;
-        // A hundredth of a layer is rounding of what was meant to fit.
-        let layers: [f32; 3] = std::array::from_fn(|a| ((max[a] - min[a]) / h + 1e-2).floor().max(1.0));
-        let mut filled = self.fill_box(object, [0.0; 3], layers.map(|n| n * h), color)?;
-        let corner: [f32; 3] = std::array::from_fn(|a| 0.5 * (min[a] + max[a] - layers[a] * h));
+        let size = self.layers(min, max).map(|n| n * self.spacing);
+        self.seated(min, max, |_| self.fill_box(object, [0.0; 3], size, color))
+    }
+
+    /// What `fill` makes of a shape within a box [m] that it is told to move back by so much, moved there again: so the
+    /// lattice has as many whole layers as fit in the middle of the box, as [`Lattice::fill_vessel`] has.
+    ///
+    /// # Errors
+    /// Those of `fill`.
+    pub fn seated(
+        &self,
+        min: [f32; 3],
+        max: [f32; 3],
+        fill: impl FnOnce(Vec3) -> Result<Particles, GeometryError>,
+    ) -> Result<Particles, GeometryError> {
+        let layers = self.layers(min, max);
+        let corner: [f32; 3] = std::array::from_fn(|a| 0.5 * (min[a] + max[a] - layers[a] * self.spacing));
+        let mut filled = fill(corner.into())?;
         filled.positions.iter_mut().for_each(|x| *x = std::array::from_fn(|a| x[a] + corner[a]));
         Ok(filled)
+    }
+
+    /// Whole layers that fit in a box [m]; a hundredth of one is rounding of what was meant to fit.
+    fn layers(&self, min: [f32; 3], max: [f32; 3]) -> [f32; 3] {
+        std::array::from_fn(|a| ((max[a] - min[a]) / self.spacing + 1e-2).floor().max(1.0))
     }
 
     /// Fills the half-open box [min, max) [m]. A box thinner than the spacing keeps one layer: the one nearest to

@@ -5,6 +5,7 @@ use physvideo_gpu::kernels::family::field;
 use physvideo_gpu::kernels::{Clock, Collider, Field, Particle};
 
 use super::solver::{BODY, DORMANT, Measure, QUARANTINED};
+pub use crate::walls::moves;
 use crate::world::World;
 
 /// Gain beyond all that can have come in, summed over frames less what they lose, as a share of the energy at hand. The
@@ -65,11 +66,6 @@ impl Source {
         };
         Self { start: f.start.into(), end: f.end.into(), root: acceleration * (0.5 * mass).sqrt(), power }
     }
-}
-
-/// Whether an obstacle ever moves.
-pub fn moves(c: &Collider) -> bool {
-    (c.velocity, c.spin) != ([0.0; 4], [0.0; 4])
 }
 
 /// Largest speed of an obstacle that spins within a domain, low and high corner [m/s].
