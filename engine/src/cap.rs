@@ -11,6 +11,7 @@ use physvideo_gpu::kernels;
 use physvideo_gpu::kernels::family::{field, shape};
 
 use crate::accuracy;
+use crate::scene::Material;
 use crate::world::{Body, World};
 
 /// A body that was made softer.
@@ -150,6 +151,16 @@ fn extents(body: &Body, gravity: &[f32; 3]) -> (f64, f64) {
         Some(down) => (side(down), long),
         None => (long, long),
     }
+}
+
+/// Largest speed of the front of a liquid that spreads under its weight [m/s]: 2 √(g H), H its height (Ritter 1892).
+pub(crate) fn front(world: &World) -> f64 {
+    let liquid = |b: &&Body| matches!(b.material, Material::Sph { .. } | Material::Liquid { .. });
+    let speed = |b: &Body| {
+        let gravity = b.gravity.unwrap_or(world.gravity);
+        2.0 * (length(&gravity) * extents(b, &gravity).0).sqrt()
+    };
+    world.bodies.iter().filter(liquid).map(speed).fold(0.0, f64::max)
 }
 
 /// Square of the speed that gravity gives a body [m²/s²]: of its fall from where it starts to the highest standing plane

@@ -141,3 +141,11 @@ fn only_what_is_elastic_and_too_stiff_is_softened() {
         assert!(apply(0.1, &mut w).is_empty() && w.bodies[0].material == stays);
     }
 }
+
+/// A front of what flows, 0.2 m high: 2 √(g H) = 2 √2. What keeps its shape has none.
+#[test]
+fn a_front_is_as_fast_as_its_height_allows() {
+    let water = Material::Sph { viscosity: 1e-3, surface_tension: 0.0 };
+    near(front(&world(cube(0.4, water))), 8f64.sqrt());
+    assert_eq!(front(&world(cube(0.4, STIFF))), 0.0);
+}

@@ -3,7 +3,7 @@
 use physvideo_gpu::kernels::{Bound, Carrier, EdgePixel};
 
 use crate::assemble::Assembled;
-use crate::cap::Expected;
+use crate::cap::{self, Expected};
 use crate::fluid;
 use crate::plan::Plan;
 use crate::scene::{Scene, Source};
@@ -31,6 +31,10 @@ pub struct Estimate {
     pub bytes: u64,
     /// Substeps of a frame by the limits of its materials, while nothing moves faster than at the start.
     pub substeps: f64,
+    /// The largest speed to be expected of anything [m/s], from falls, fields and obstacles.
+    pub fastest: f64,
+    /// Substeps of a frame while something moves so fast.
+    pub most_substeps: f64,
 }
 
 /// Small buffers: clock, forces, colliders, counters.
@@ -51,8 +55,10 @@ pub fn estimate(scene: &Scene, assembled: &Assembled, plan: &Plan, two_pass: boo
     let points = points(scene, assembled);
     let drawing_bytes =
         if plan.runs("render") { drawing(scene, assembled, plan, points, particles, two_pass) } else { 0 };
-    let dt = world.step();
-    let substeps = if particles > 0 { (1.0 / f64::from(scene.output.fps) / f64::from(dt)).ceil() } else { 0.0 };
+    let frame = 1.0 / f64::from(scene.output.fps);
+    let in_frame = |dt: f32| if particles > 0 { (frame / f64::from(dt)).ceil() } else { 0.0 };
+    let fastest = Expected::of(world).speed().max(cap::front(world));
+    let most = world.force_dt.unwrap_or_else(|| world.step_at(fastest as f32));
     Estimate {
         particles,
         points,
@@ -60,7 +66,9 @@ pub fn estimate(scene: &Scene, assembled: &Assembled, plan: &Plan, two_pass: boo
         simulation_bytes,
         drawing_bytes,
         bytes: simulation_bytes + drawing_bytes,
-        substeps,
+        substeps: in_frame(world.step()),
+        fastest,
+        most_substeps: in_frame(most),
     }
 }
 

@@ -106,7 +106,7 @@ fn viscous_step(world: &World) -> f32 {
 
 /// How viscosity is found and why, where it matters to the step.
 fn viscosity_note(world: &World) -> Option<String> {
-    let (viscous, taken) = (viscous_step(world), step(world));
+    let (viscous, taken) = (viscous_step(world), step(world, world.start_speed()));
     if limits(world).implicit {
         let times = taken / viscous;
         return Some(match times > 1.0 {
@@ -119,15 +119,15 @@ fn viscosity_note(world: &World) -> Option<String> {
     (viscous <= taken).then(|| format!("viscosity shortens steps to {viscous:.1e} s"))
 }
 
-/// Step at the start [s].
-pub fn step(world: &World) -> f32 {
+/// Step while something moves at `speed` [m/s] [s].
+pub fn step(world: &World, speed: f32) -> f32 {
     let l = limits(world);
-    l.longest.min(l.courant * world.fluid.particle_size / (l.speed + world.start_speed()))
+    l.longest.min(l.courant * world.fluid.particle_size / (l.speed + speed))
 }
 
 /// What a user should know of the steps: how viscosity is found, and whose surface tension makes them so short.
 pub fn step_notes(world: &World) -> Vec<String> {
-    let (step, scale) = (step(world), world.courant / 0.75);
+    let (step, scale) = (step(world, world.start_speed()), world.courant / 0.75);
     let limit = |b: &Body| capillary(b, world.fluid.particle_size, scale).filter(|limit| *limit <= step);
     let note = |b: &Body| Some(format!("surface tension of '{}' allows steps of {:.1e} s", b.name, limit(b)?));
     viscosity_note(world).into_iter().chain(world.bodies.iter().filter_map(note)).collect()

@@ -110,10 +110,15 @@ impl World {
 
     /// The same if none is forced [s].
     pub fn chosen_step(&self) -> f32 {
+        self.step_at(self.start_speed())
+    }
+
+    /// Step that would be chosen while something moves at `speed` [m/s] [s].
+    pub fn step_at(&self, speed: f32) -> f32 {
         if self.is_fluid() {
-            return fluid::step(self);
+            return fluid::step(self, speed);
         }
-        let waves = self.courant * self.dx / (self.wave_speeds().1 + self.start_speed());
+        let waves = self.courant * self.dx / (self.wave_speeds().1 + speed);
         let longest = self.longest_step();
         if longest > 0.0 { waves.min(longest) } else { waves }
     }

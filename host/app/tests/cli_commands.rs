@@ -131,6 +131,10 @@ fn a_liquid_inside_something_is_refused() {
         folder.scene(&text(low, more), &[]);
         folder.run(&["check", "scene.toml"]).expect(2, &[says, "source", "move them apart"]);
     }
+    // What its front may be as fast as, 2 √(g 0.195), asks for more steps than its start: plan says how many.
+    folder.scene(&text(0.0, ""), &[]);
+    let plan = folder.run(&["plan", "scene.toml"]).out;
+    assert!(plan.contains("about 10 substeps a frame") && plan.contains("up to 23 a frame at 2.8 m/s"), "{plan}");
     // Beside each of them it is well.
     let beside = collider.replace("0.05, 0.05, 0.1]", "0.05, -0.04, 0.1]");
     folder.scene(&text(0.0, &beside), &[]);

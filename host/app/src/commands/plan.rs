@@ -100,13 +100,23 @@ fn stages(plan: &Plan, elastic: &Choice) -> String {
 }
 
 fn numbers(loaded: &Loaded, plan: &Plan, estimate: &Estimate) -> String {
-    let Estimate { particles, points, substeps, .. } = estimate;
+    let Estimate { particles, points, substeps, fastest, most_substeps, .. } = estimate;
     let frames = loaded.scene.output.frames;
     let mut lines = Vec::new();
     if plan.runs("simulate") {
         // The first frame is the start itself.
         let all = substeps * f64::from(frames.saturating_sub(1));
-        lines.push(format!("{:<12} {particles} in all, about {substeps} substeps a frame, {all} in all", "particles"));
+        // What moves slowly beside its waves takes the steps it began with.
+        let more = match *most_substeps > 1.2 * substeps {
+            true => {
+                format!("; up to {most_substeps} a frame at {fastest:.1} m/s, the most that falls and forces can give")
+            }
+            false => String::new(),
+        };
+        lines.push(format!(
+            "{:<12} {particles} in all, about {substeps} substeps a frame, {all} in all{more}",
+            "particles"
+        ));
     }
     if plan.runs("render") {
         lines.push(format!("{:<12} {frames} frames of {points} points", "drawing"));
