@@ -41,6 +41,8 @@ pub struct FrameStats {
     pub unsolved: u32,
     /// Attempts that ended with more energy than can have come in; where shorter steps do not help, the last is kept.
     pub gained: u32,
+    /// Energy that obstacles and new starts of particles of SPH brought in [J].
+    pub work: f64,
     /// The frame asked for steps too short ever to end it; nothing has moved.
     pub stalled: Option<Fastest>,
     /// The frame was given up as [`Solver::stop_when`] asked; nothing has moved.
