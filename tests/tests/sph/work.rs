@@ -152,7 +152,7 @@ fn pushed(force_dt: Option<f32>) -> (f64, bool) {
     });
     let front = speed * until - H as f32;
     let behind = gpu.read(sph.particles).unwrap().iter().any(|p| p.x[0] < front);
-    (sph.measure(0).unwrap().speed.into(), went && !behind)
+    (sph.measure(0).unwrap().speed, went && !behind)
 }
 
 #[test]

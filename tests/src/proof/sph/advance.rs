@@ -65,7 +65,7 @@ fn inputs(ask: Ask) -> Call {
         .with("keep", &[Keep { drift: [0.4, -0.3, 0.2], low: [u32::MAX; 3], ..Default::default() }])
         .constant("NOZZLES", (ask.seed % 2) as f64)
         .constant("IMPLICIT", (ask.seed % 4 / 2) as f64)
-        .constant("COUNTS_WORK", f64::from(u8::from(ask.seed % 4 > 0)))
+        .constant("COUNTS_WORK", f64::from(u8::from(!ask.seed.is_multiple_of(4))))
 }
 
 /// Three bodies, of which the last has no nozzle.
