@@ -270,7 +270,7 @@ const LATENT: [(&str, &str, &str, &str); 30] = [
 ];
 
 /// The same for liquids.
-const SPH: [(&str, &str, &str, &str); 69] = [
+const SPH: [(&str, &str, &str, &str); 70] = [
     ("sph/pack", "sph/pack", "< p);", "<= p);"),
     ("sph/pack", "sph/pack", "texel(was, 6u * p + 5u)", "texel(was, 6u * p + 4u)"),
     ("sph/pack", "lib/spot", "(q.y & 0x7ffu) << 10u", "(q.y & 0x7ffu) << 11u"),
@@ -331,6 +331,7 @@ const SPH: [(&str, &str, &str, &str); 69] = [
     ("sph/spread", "sph/spread", "(own.tag & (PINNED | LED)) != 0u", "(own.tag & PINNED) != 0u"),
     ("sph/spread", "sph/spread", "(1.0 - inside_of(steep))", "1.0"),
     ("sph/spread", "sph/spread", "speed * speed / max", "speed / max"),
+    ("sph/spread", "sph/spread", "FORGIVEN * clock.wave_speed", "0.5 * FORGIVEN * clock.wave_speed"),
     ("sph/surround", "lib/sph", "smoothstep(0.25, 0.45", "smoothstep(0.2, 0.45"),
     ("sph/adopt", "sph/adopt", "+ length(way) / dt", "+ length(way)"),
     ("sph/surround", "lib/wall", "m.power * free + dot(s.speed, lift)", "m.power + dot(s.speed, lift)"),
