@@ -272,7 +272,7 @@ const LATENT: [(&str, &str, &str, &str); 30] = [
 ];
 
 /// The same for liquids.
-const SPH: [(&str, &str, &str, &str); 62] = [
+const SPH: [(&str, &str, &str, &str); 70] = [
     ("sph/pack", "sph/pack", "< p);", "<= p);"),
     ("sph/pack", "sph/pack", "texel(was, 6u * p + 5u)", "texel(was, 6u * p + 4u)"),
     ("sph/pack", "lib/spot", "(q.y & 0x7ffu) << 10u", "(q.y & 0x7ffu) << 11u"),
@@ -333,8 +333,16 @@ const SPH: [(&str, &str, &str, &str); 62] = [
     ("sph/spread", "sph/spread", "(own.tag & (PINNED | LED)) != 0u", "(own.tag & PINNED) != 0u"),
     ("sph/spread", "sph/spread", "(1.0 - inside_of(steep))", "1.0"),
     ("sph/spread", "sph/spread", "speed * speed / max", "speed / max"),
+    ("sph/spread", "sph/spread", "FORGIVEN * clock.wave_speed", "0.5 * FORGIVEN * clock.wave_speed"),
     ("sph/surround", "lib/sph", "smoothstep(0.25, 0.45", "smoothstep(0.2, 0.45"),
     ("sph/adopt", "sph/adopt", "+ length(way) / dt", "+ length(way)"),
+    ("sph/surround", "lib/wall", "m.power * free + dot(s.speed, lift)", "m.power + dot(s.speed, lift)"),
+    ("sph/surround", "sph/surround", "full * m.power", "m.power"),
+    ("sph/cohesion", "sph/cohesion", "locals.d[i].power += walls.w;", ""),
+    ("sph/force", "sph/force", "dot(v - free, own.slide)", "dot(v, own.slide)"),
+    ("sph/advance", "lib/sph", "own.power - pressure * own.drift", "own.power + pressure * own.drift"),
+    ("sph/advance", "sph/advance", "own.drag * over + squeezed(own, over)", "own.drag * over"),
+    ("sph/advance", "sph/advance", "work -= mass * dot(lost", "work += mass * dot(lost"),
 ];
 
 #[test]

@@ -141,7 +141,8 @@ impl Budget {
         let fallen = before.potential - after.potential;
         let most = ((x0 + fallen + work + power * length).max(0.0).sqrt() + root * length).powi(2);
         let spent = (self.spent + x1 - most).max(0.0);
-        let fits = spent <= SHARE * x1.min(most) + self.floor;
+        // What loses energy is not at fault, whatever came before.
+        let fits = spent <= SHARE * x1.min(most) + self.floor || x1 <= most;
         if fits {
             self.spent = spent;
         }
@@ -203,6 +204,15 @@ mod tests {
         let mut budget = super::tests::budget(&[]);
         assert!((0..20).all(|_| budget.allows(&of(1.0, 0.0), &of(1.06, 0.0), 0.0, 0.0, 0.1)
             && budget.allows(&of(1.06, 0.0), &of(1.0, 0.0), 0.0, 0.0, 0.1)));
+    }
+
+    /// A gain that was let pass does not come up again once there is little energy left.
+    #[test]
+    fn a_loss_is_no_fault() {
+        let mut budget = budget(&[]);
+        assert!(budget.allows(&of(1.0, 0.0), &of(1.08, 0.0), 0.0, 0.0, 0.1));
+        assert!(budget.allows(&of(1.08, 0.0), &of(0.1, 0.96), 0.0, 0.0, 0.1));
+        assert!(!budget.allows(&of(0.1, 0.96), &of(0.12, 0.96), 0.0, 0.0, 0.1));
     }
 
     /// A piston gives 3 J: they are no fault, and without the count they are one.

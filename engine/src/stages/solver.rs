@@ -45,6 +45,8 @@ pub struct FrameStats {
     pub gained: u32,
     /// The frame was kept with a fault that shorter steps did not mend, and faults like it are no longer looked for.
     pub unmended: bool,
+    /// Energy that obstacles and new starts of particles brought in, as far as it is counted [J].
+    pub work: f64,
     /// The frame asked for steps too short ever to end it; nothing has moved.
     pub stalled: Option<Fastest>,
     /// The frame was given up as [`Solver::stop_when`] asked; nothing has moved.

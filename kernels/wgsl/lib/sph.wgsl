@@ -29,12 +29,18 @@ struct Local {
     density: f32,       // at rest [kg/m³]
     tag: u32,
     squeeze: vec3f,     // viscous drag of walls that let slip, along their normals only [1/s]
-    spare: f32,
+    power: f32,         // what walls that move give through `drive` [W/kg]
 }
 
 // Acceleration of a particle by pressures: Σ (P_i + P_j) V ∇W over its neighbours, and the walls', which mirror its own.
 fn press(own: Local, push: vec3f, pressure: f32) -> vec3f {
     return -(push / STEEP + pressure * own.wall) / own.density;
+}
+
+// What walls that move give a particle of 1 kg [W]: the force of each, times its velocity. Relative to a wall, what it does takes
+// energy or stores it.
+fn given(own: Local, pressure: f32) -> f32 {
+    return own.power - pressure * own.drift / own.density;
 }
 
 // What walls that let slip take of a velocity relative to theirs [m/s²]. Where two meet they act along the mean of
@@ -63,6 +69,9 @@ fn between(a: f32, b: f32) -> f32 {
 
 fn h_of() -> f32 { return grid.dx / CELL; }
 
+// Mass of a particle [kg].
+fn mass_of(own: Local) -> f32 { return own.density * h_of() * h_of() * h_of(); }
+
 // Words of the neighbour lists: four neighbours of each particle in turn.
 fn list_at(stride: u32, i: u32, n: u32) -> u32 {
     return ((n >> 2u) * stride + i) * 4u + (n & 3u);
@@ -81,5 +90,5 @@ fn load_local(t: texture_1d<u32>, i: u32) -> Local {
     let c = texel(t, 5u * i + 2u);
     let d = texel(t, 5u * i + 3u);
     let e = texel(t, 5u * i + 4u);
-    return Local(a.xyz, a.w, b.xyz, b.w, c.xyz, c.w, d.x, d.y, d.z, bitcast<u32>(d.w), e.xyz, 0.0);
+    return Local(a.xyz, a.w, b.xyz, b.w, c.xyz, c.w, d.x, d.y, d.z, bitcast<u32>(d.w), e.xyz, e.w);
 }

@@ -18,6 +18,7 @@ struct Walls {
     weight: f32,        // Σ of that
     drag: f32,          // viscous drag of those that stick over ν [1/m²]
     squeeze: vec3f,     // Σ of the others' normals times what they take of a velocity along them, over ν [1/m²]
+    power: f32,         // Σ of their velocities times `lift` [W/kg]
 }
 
 // Velocity of a wall, its outward normal, what of it sticks and rubs.
@@ -39,6 +40,7 @@ fn meet(m: Walls, s: Surface, d: f32, drive: vec3f, h: f32) -> Walls {
     let across = dot(drive, s.normal);
     let lift = s.normal * (min(across, 0.0) * mirrored_moment(d)) - share * (drive - across * s.normal);
     o.lift = m.lift * free + lift * m.free;
+    o.power = m.power * free + dot(s.speed, lift) * m.free;
     // A sticking wall goes on with the fluid's shear, so that the velocity is the wall's at its surface; one that lets slip
     // turns what comes to it.
     let near = 1.0 / (max(d, 0.1) * h * h);

@@ -10,6 +10,8 @@
 
 // A body has an emitter.
 override NOZZLES: bool = false;
+// 1: viscosity and the drag of walls were solved for.
+override IMPLICIT: bool = false;
 
 struct Vectors { d: array<vec4f> }
 @group(0) @binding(0) var points: texture_1d<u32>;
@@ -54,6 +56,13 @@ fn step(i: u32, dt: f32) {
     let number = word(numbers, i);
     let stir = bitcast<f32>(word(stirs, i));
     let pressure = (place.w + stir) * own.fill * own.fill;
+    let mass = mass_of(own);
+    var work = mass * dt * given(own, place.w + stir);
+    // Of the drag that `sph/force` has not counted.
+    if (IMPLICIT && (own.tag & PINNED) == 0u) {
+        let over = v - own.slide;
+        work -= mass * dt * dot(own.drag * over + squeezed(own, over), own.slide);
+    }
     let rub = length(own.wall);
     if (own.friction > 0.0 && rub > 0.0) {
         // Coulomb: no more than its coefficient times what the wall's pressure gives along the normal, and none where it pulls.
@@ -62,8 +71,11 @@ fn step(i: u32, dt: f32) {
         let slip = over - n * dot(over, n);
         let most = dt * own.friction * max(place.w + stir, 0.0) * rub / own.density;
         let speed = length(slip);
-        v -= slip * min(1.0, most / max(speed, 1e-20));
+        let lost = slip * min(1.0, most / max(speed, 1e-20));
+        v -= lost;
+        work -= mass * dot(lost, own.slide);
     }
+    if (COUNTS_WORK) { count_work(work); }
     // Nothing may cross more than its spacing in a step.
     let limit = h_of() / dt;
     let speed = length(v);
@@ -77,7 +89,6 @@ fn step(i: u32, dt: f32) {
         let at = 3u * (tag & BODY_MASK);
         let led = texel(bodies, at + 1u).yzw;
         if (dot(led, place.xyz) < texel(bodies, at).w) {
-            let mass = own.density * h_of() * h_of() * h_of();
             if (COUNTS_WORK) { count_work(0.5 * mass * (dot(led, led) - dot(v, v))); }
             v = led;
         } else { tag &= ~LED; }
@@ -89,7 +100,7 @@ fn step(i: u32, dt: f32) {
     warm.d[i] = found;
     let to = 6u * number;
     particles.d[to] = vec4f(x, bitcast<f32>(tag));
-    particles.d[to + 1u] = vec4f(v, own.density * h_of() * h_of() * h_of());
+    particles.d[to + 1u] = vec4f(v, mass);
     particles.d[to + 5u] = found;
     if (length(v) > 0.0) { atomicMax(&fastest, bitcast<u32>(length(v))); }
     // What is not finite is taken out by the sort, before anyone meets it.

@@ -22,7 +22,7 @@ struct Locals { d: array<Local> }
 @group(0) @binding(5) var around: texture_1d<u32>;      // the same as `locals`, read
 @group(0) @binding(6) var<storage, read> live: Counts;
 @group(0) @binding(7) var<storage, read> clock: Clock;
-@group(0) @binding(8) var<storage, read_write> locals: Locals;     // their `drive` grows
+@group(0) @binding(8) var<storage, read_write> locals: Locals;     // their `drive` and `power` grow
 var<immediate> grid: Grid;
 
 // τ over the surface tension: measured by the period of drops, 0.97 and 0.98 of Rayleigh's at radii of 7 h and 8 h (0.87
@@ -81,6 +81,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             force -= across * step + e * ((along - across) * dot(e, step));
         }
     }
-    let wall = WALL * own.tension * inv_h * texel(around, 5u * i).xyz;
-    locals.d[i].drive += force * (inv_h * inv_h / here.w) + wall / here.w;
+    let walls = WALL * own.tension * inv_h / here.w * texel(around, 5u * i);
+    locals.d[i].drive += force * (inv_h * inv_h / here.w) + walls.xyz;
+    locals.d[i].power += walls.w;
 }

@@ -1,4 +1,4 @@
-//! use lib/sph
+//! use lib/sph lib/work
 // Velocities after all forces but, in DFSPH, the pressure: pairs by the symmetric forms that keep momentum, pressure by
 // F = −V² Σ (p_i/s_i² + p_j/s_j²) ∇W (Solenthaler & Pajarola 2008), viscosity along the line of centres, between bodies
 // by the harmonic mean, which carries stress from one to the other (Cleary 1998). One lane a particle.
@@ -19,7 +19,7 @@ struct Vectors { d: array<vec4f> }
 @group(0) @binding(3) var crowds: texture_1d<u32>;
 @group(0) @binding(4) var locals: texture_1d<u32>;
 @group(0) @binding(5) var<storage, read> live: Counts;
-@group(0) @binding(6) var<storage, read> clock: Clock;
+@group(0) @binding(6) var<storage, read_write> clock: Clock;
 @group(0) @binding(7) var<storage, read_write> flown: Vectors;     // as `flows`
 var<immediate> grid: Grid;
 
@@ -58,8 +58,10 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if (!IMPLICIT) {
         // Stands any step.
         let held = dt * own.drag;
+        let free = v;
         v = (v + held * own.slide) / (1.0 + held);
         v -= dt / (1.0 + dt * length(own.squeeze)) * squeezed(own, v - own.slide);
+        if (COUNTS_WORK && (own.tag & PINNED) == 0u) { count_work(mass_of(own) * dot(v - free, own.slide)); }
     }
     if ((own.tag & PINNED) != 0u) { v = vec3f(0.0); }
     flown.d[i] = vec4f(v, flow.w);

@@ -28,8 +28,8 @@ var<immediate> grid: Grid;
 const PACE: f32 = 6.0;
 const MOST: f32 = 0.06;
 const FARTHEST: f32 = 0.05;
-// How much of a debt a step forgives.
-const FORGIVEN: f32 = 1e-4;
+// How much of a debt is forgiven while sound goes h, however long steps are.
+const FORGIVEN: f32 = 4e-4;
 // By how much more those push that are near: 1 + NEAR (W/W(h))².
 const NEAR: f32 = 1.0;
 // A particle with less around it than this is spray, and goes its own way.
@@ -77,7 +77,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     way *= min(1.0, FARTHEST / max(length(way), 1e-20));
     let led = (own.tag & (PINNED | LED)) != 0u;
     if (led || own.fill < SPRAY) { way = vec3f(0.0); }
-    debts.d[number].owed = select(debt.owed * (1.0 - FORGIVEN), 0.0, led);
+    debts.d[number].owed = select(debt.owed * max(1.0 - FORGIVEN * clock.wave_speed * clock.dt * inv_h, 0.0), 0.0, led);
     debts.d[number].noted = select(fill, 0.0, led);
     spread.d[i] = vec4f(here.xyz + h * way, here.w);
 }

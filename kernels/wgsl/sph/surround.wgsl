@@ -89,5 +89,5 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     if (SHIFTS) { debts.d[word(numbers, i)].head = pressed / density; }
     let full = clamp(pressed / max(0.25 * density * h * length(drive), 1e-20), 0.0, 1.0);
     locals.d[i] = Local(m.slope, m.drift, drive + full * m.lift, fill, m.slide * share, m.friction * share, response,
-        m.drag * viscosity, density, tag, full * thick * m.squeeze, 0.0);
+        m.drag * viscosity, density, tag, full * thick * m.squeeze, full * m.power);
 }

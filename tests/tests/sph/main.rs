@@ -12,3 +12,4 @@ mod spin;
 mod tank;
 mod twist;
 mod vortex;
+mod work;

@@ -169,6 +169,7 @@ impl Mpm<'_> {
             stats.clamped_volume = clock.clamped_volume;
             stats.quarantined = clock.quarantined;
             stats.left = clock.left;
+            stats.work = work(&clock);
             if let Some(recycling) = &self.recycling {
                 stats.recycled = recycling.recycled(self.gpu)?;
             }

@@ -1,5 +1,6 @@
 //! A frame: batches of steps until the device says that it is done, and the guard behind them.
 
+use std::ops::Range;
 use std::sync::atomic::Ordering;
 
 use physvideo_gpu::kernels::{Clock, Descent, Solve};
@@ -46,6 +47,14 @@ impl Sph<'_> {
         self.begin(length, false)
     }
 
+    /// Longest step of a frame [s]. Walls come no nearer in it than particles may: what is at rest does not see them come.
+    fn longest(&self, length: f32) -> f32 {
+        let soon = |when: &Range<f64>| when.start < self.time + f64::from(length) && when.end > self.time;
+        let swiftest = self.motions.iter().filter(|m| soon(&m.0)).map(|m| m.1).fold(0.0, f32::max);
+        let met = self.limits.courant * self.fluid.particle_size / (self.limits.speed + swiftest);
+        self.limits.longest.min(if swiftest > 0.0 { met } else { f32::MAX })
+    }
+
     fn begin(&self, length: f32, watch: bool) -> Result<(), GpuError> {
         let clock = Clock {
             frame_start: self.time as f32,
@@ -53,7 +62,7 @@ impl Sph<'_> {
             dx: self.fluid.particle_size,
             courant: self.courant,
             // A frame that is taken back is repeated with shorter steps whatever bounds them.
-            longest: self.limits.longest * (self.courant / self.limits.courant),
+            longest: self.longest(length) * (self.courant / self.limits.courant),
             watch: u32::from(watch),
             wave_speed: self.limits.speed,
             force_dt: self.force_dt,
@@ -110,9 +119,9 @@ impl Sph<'_> {
     /// Advances by one frame of `length` seconds.
     ///
     /// A frame in which a particle ran away or was no longer finite, or that ends with more energy than can have come in (see
-    /// [`Budget`]; not judged while obstacles move), is taken back and repeated with half the Courant number, which doubles
-    /// again after every third frame without a fault; three times a frame at most. Where that does not help, the run
-    /// returns to its own steps, and what happens is counted.
+    /// [`Budget`]), is taken back and repeated with half the Courant number, which doubles again after every third frame
+    /// without a fault; three times a frame at most. Where that does not help, the run returns to its own steps, and what
+    /// happens is counted.
     ///
     /// # Errors
     /// The device's refusal.
@@ -141,8 +150,7 @@ impl Sph<'_> {
         }
         let began = self.courant;
         let span = (self.time, f64::from(length));
-        let judged = self.budget.as_ref().is_some_and(|b| b.stands_still(span.0, span.1));
-        let before = if judged { Some(self.energies()?) } else { None };
+        let before = if self.budget.is_some() { Some(self.energies()?) } else { None };
         if let (Some(sums), Some(budget)) = (&before, &self.budget) {
             self.work_unit = budget.unit(sums);
         }
@@ -199,6 +207,7 @@ impl Sph<'_> {
             let solve = self.gpu.read(self.solve)?[0];
             self.speed = f32::from_bits(clock.speed_bits);
             stats.dt = (clock.dt_min, clock.dt_max);
+            stats.work = work(&clock);
             stats.clamped_velocity = clock.clamped_velocity;
             stats.clamped_volume = clock.clamped_volume;
             stats.quarantined = clock.quarantined;

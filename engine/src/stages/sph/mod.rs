@@ -60,6 +60,8 @@ pub struct Sph<'gpu> {
     limits: Limits,
     /// A body has surface tension.
     tense: bool,
+    /// From when to when obstacles move, and how fast [s, m/s].
+    motions: Vec<(Range<f64>, f32)>,
     force_dt: f32,
     courant: f32,
     emitters: Vec<Emitter>,
@@ -118,6 +120,7 @@ impl<'gpu> Sph<'gpu> {
             fluid: world.fluid,
             limits: limits(world),
             tense: world.is_tense(),
+            motions: start::motions(world),
             force_dt: world.force_dt.unwrap_or(0.0),
             courant: limits(world).courant,
             emitters,

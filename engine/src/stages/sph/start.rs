@@ -1,13 +1,16 @@
 //! What the solver starts with: room for blocks, the members of families in use, the particles.
 
+use std::ops::Range;
+
 use bytemuck::Zeroable;
 use physvideo_gpu::Constants;
-use physvideo_gpu::kernels::{self, Deformation, Keep, Particle};
+use physvideo_gpu::kernels::family::shape;
+use physvideo_gpu::kernels::{self, Collider, Deformation, Keep, Particle};
 
 use crate::fluid::limits;
 use crate::scene::Pressure;
-use crate::stages::cells;
 use crate::stages::solver::PINNED;
+use crate::stages::{cells, energy};
 use crate::world::World;
 
 /// Neighbours a particle has room for (`NEIGHBOURS` in WGSL).
@@ -27,8 +30,10 @@ pub(super) fn constants(world: &World) -> Constants {
     let nozzles = f64::from(u8::from(world.bodies.iter().any(|b| b.emission.is_some())));
     let method = Constants::none().with("INCOMPRESSIBLE", solved).with("IMPLICIT", implicit).with("NOZZLES", nozzles);
     let recycles = f64::from(u8::from(world.bodies.iter().any(|b| b.recycle.is_some())));
+    let moves = f64::from(u8::from(world.colliders.iter().any(energy::moves)));
     let shifts = f64::from(u8::from(world.fluid.shifting));
-    let method = method.with("RECYCLES", recycles).with("COUNTS_WORK", nozzles.max(recycles)).with("SHIFTS", shifts);
+    let method =
+        method.with("RECYCLES", recycles).with("COUNTS_WORK", nozzles.max(recycles).max(moves)).with("SHIFTS", shifts);
     kernels::MEMBERS.iter().fold(method, |all, member| {
         let used = match member.family {
             "material" => false,
@@ -51,6 +56,17 @@ pub(super) fn bodies(world: &World) -> Vec<kernels::Body> {
         body
     };
     world.bodies.iter().map(each).collect()
+}
+
+/// From when to when obstacles move, and how fast where they are nearest to their liquid [s, m/s].
+pub(super) fn motions(world: &World) -> Vec<(Range<f64>, f32)> {
+    let size = |v: &[f32]| v.iter().map(|c| c * c).sum::<f32>().sqrt();
+    let across: [f32; 3] = std::array::from_fn(|a| world.domain.1[a] - world.domain.0[a]);
+    // A plane turns wherever there is liquid; of a plane `size` is the normal.
+    let arm = |c: &Collider| if c.shape == shape::PLANE { size(&across) } else { size(&c.size[..3]) };
+    let speed = |c: &Collider| size(&c.velocity[..3]) + size(&c.spin[..3]) * arm(c);
+    let moving = world.colliders.iter().filter(|c| energy::moves(c));
+    moving.map(|c| (f64::from(c.start)..f64::from(c.end), speed(c))).collect()
 }
 
 /// Before any search: no list holds, no velocity is known.

@@ -1,5 +1,6 @@
 //! Proof of `sph/advance`: Coulomb's friction, the speed limit h/dt, x + dt v, by the particles' numbers
-//! and where the step found them.
+//! and where the step found them; the work of walls that move, m dt (power − P drift/ρ) and impulses along them times their
+//! velocity.
 
 use physvideo_gpu::kernels::{Body, Clock, Counts, Keep, Local};
 
@@ -63,7 +64,8 @@ fn inputs(ask: Ask) -> Call {
         .with("warm", &vec![[5.0f32; 4]; n])
         .with("keep", &[Keep { drift: [0.4, -0.3, 0.2], low: [u32::MAX; 3], ..Default::default() }])
         .constant("NOZZLES", (ask.seed % 2) as f64)
-        .constant("COUNTS_WORK", (ask.seed % 2) as f64)
+        .constant("IMPLICIT", (ask.seed % 4 / 2) as f64)
+        .constant("COUNTS_WORK", f64::from(u8::from(!ask.seed.is_multiple_of(4))))
 }
 
 /// Three bodies, of which the last has no nozzle.
@@ -85,7 +87,8 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let (points, flows): (Vec<[f32; 4]>, Vec<[f32; 4]>) = (b.get("points"), b.get("flows"));
     let (locals, numbers): (Vec<Local>, Vec<u32>) = (b.get("locals"), b.get("numbers"));
     let stirs: Vec<f32> = b.get("stirs");
-    let nozzles = call.constants == physvideo_gpu::Constants::none().with("NOZZLES", 1.0).with("COUNTS_WORK", 1.0);
+    let says = |name: &str| call.constants.clone().with(name, 1.0) == call.constants;
+    let (nozzles, implicit, works) = (says("NOZZLES"), says("IMPLICIT"), says("COUNTS_WORK"));
     let all: Vec<Body> = b.get("bodies");
     let particles: Vec<[f32; 4]> = out.get("particles");
     let [places, moves, warm]: [Vec<[f32; 4]>; 3] = ["places", "moves", "warm"].map(|name| out.get(name));
@@ -100,12 +103,30 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         let (found, stir) = (f64::from(points[i][3]), f64::from(stirs[i]));
         let size = v.norm() + vec3(&own.slide).norm();
         let (density, fill) = (f64::from(own.density), f64::from(own.fill));
+        let (mass, slide) = (density * h().powi(3), vec3(&own.slide));
+        // What walls give: power, pressure, drag and friction, each times their velocity.
+        let pushed = (found + stir) * f64::from(own.drift) / density;
+        done.add(
+            mass * dt * (f64::from(own.power) - pushed),
+            mass * dt * (f64::from(own.power.abs()) + pushed.abs()),
+            true,
+        );
+        if implicit && own.tag & PINNED == 0 {
+            let over = v - slide;
+            let squeeze = vec3(&own.squeeze);
+            let along = squeeze.try_normalize(0.0).unwrap_or_default();
+            let rate = over * f64::from(own.drag) + squeeze * along.dot(&over);
+            let most = size * (f64::from(own.drag) + squeeze.norm()) * slide.norm();
+            done.add(-mass * dt * rate.dot(&slide), mass * dt * most, true);
+        }
         if own.friction > 0.0 && wall.norm() > 0.0 {
             let n = wall.normalize();
             let over = v - vec3(&own.slide);
             let slip = over - n * over.dot(&n);
             let most = f64::from(own.friction) * dt * (found + stir).max(0.0) * wall.norm() / density;
-            v -= if slip.norm() > most { slip.normalize() * most } else { slip };
+            let lost = if slip.norm() > most { slip.normalize() * most } else { slip };
+            v -= lost;
+            done.add(-mass * lost.dot(&slide), mass * size * slide.norm(), true);
         }
         if v.norm() > h() / dt {
             clamped += 1;
@@ -118,7 +139,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         if nozzles && tag & LED != 0 {
             let body = &all[(tag & 0xff) as usize];
             if vec3(&body.p[1..]).dot(&vec3(&points[i])) < f64::from(body.lambda) {
-                let (led, mass) = (vec3(&body.p[1..]), density * h().powi(3));
+                let led = vec3(&body.p[1..]);
                 let size = mass * (led.norm_squared() + v.norm_squared());
                 done.add(0.5 * mass * (led.norm_squared() - v.norm_squared()), size, true);
                 v = led;
@@ -164,7 +185,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         ),
         Compared::equal("least of the sample", &keep.low, &extreme(u32::MAX, u32::min)),
         Compared::equal("largest of the sample", &keep.high, &extreme(0, u32::max)),
-        done.compare(&b.one("clock"), &clock, nozzles, CASE.tolerance),
+        done.compare(&b.one("clock"), &clock, works, CASE.tolerance),
         Compared::equal("too fast", &[clock.clamped_velocity], &[clamped]),
         Compared::near("fastest", vec![f32::from_bits(clock.speed_bits).into()], vec![fastest], fastest + 1e-9),
     ]

@@ -1,5 +1,6 @@
 //! Proof of `sph/cohesion`: the drive grows by the forces of E = V Σ τ_i/h (2 h² |∇s_i|² − s_i), τ = 0.55 σ, in which walls'
-//! part of ∇s counts half, by those of Akinci's cohesion (2013, eq. 2), 0.4 τ h at its peak, and by the walls' pull.
+//! part of ∇s counts half, by those of Akinci's cohesion (2013, eq. 2), 0.4 τ h at its peak, and by the walls' pull,
+//! whose force times the walls' velocities is power.
 
 use nalgebra::Matrix3;
 use physvideo_gpu::kernels::{Body, Counts, Crowd, Local};
@@ -77,7 +78,11 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         got.extend(after[i].drive.map(f64::from));
         want.extend((vec3(&before[i].drive) + force / mass).iter());
         scale.extend([vec3(&before[i].drive).norm() + size / mass; 3]);
-        kept &= Local { drive: before[i].drive, ..after[i] } == before[i];
+        let pulls = tension(i) / h() * wall() / f64::from(places[i][3]);
+        got.push(after[i].power.into());
+        want.push(f64::from(before[i].power) + pulls * f64::from(before[i].drift));
+        scale.push(f64::from(before[i].power.abs()) + pulls * f64::from(before[i].drift.abs()));
+        kept &= Local { drive: before[i].drive, power: before[i].power, ..after[i] } == before[i];
     }
-    vec![Compared::close("drive", got, want, scale), Compared::fact("all else stays", kept)]
+    vec![Compared::close("drive and power", got, want, scale), Compared::fact("all else stays", kept)]
 }

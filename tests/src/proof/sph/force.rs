@@ -1,11 +1,12 @@
 //! Proof of `sph/force`: a = drive − 1/ρ (Σ (P_i + P_j) V∇W / steep + P_i ∇wall) − 1/(ρ h²) Σ 2 m_i m_j/(m_i + m_j) w e·(v_i − v_j) e
 //! with m the viscosities (Solenthaler & Pajarola 2008; Monaghan 2005; Cleary 1998), then the implicit drag of walls that stick and, along their normals, of those that let slip; all
-//! are left out where they are solved for. What is held stands still.
+//! are left out where they are solved for. What is held stands still. Walls give what their drag changes of momentum times their velocity.
 
 use physvideo_gpu::kernels::{Clock, Counts, Local};
 
 use super::{Liquid, Vec3, gradient, h, rub, steep, vec3};
 use crate::proof::cloud::PINNED;
+use crate::proof::work::{Work, begun};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 
 pub static CASE: Case = Case {
@@ -29,10 +30,12 @@ fn inputs(ask: Ask) -> Call {
         [v[0], v[1], v[2], r.range(0.0, 2.0)]
     });
     let locals = liquid.locals();
-    liquid
-        .call()
+    let call = liquid.call();
+    let clock = begun(call.buffers.one("clock"));
+    call.with("clock", &[clock])
         .constant("INCOMPRESSIBLE", (ask.seed % 2) as f64)
         .constant("IMPLICIT", (ask.seed % 4 / 2) as f64)
+        .constant("COUNTS_WORK", 1.0)
         .with("points", &points)
         .with("flows", &flows)
         .with("locals", &locals)
@@ -70,12 +73,14 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let (flows, locals): (Vec<[f32; 4]>, Vec<Local>) = (call.buffers.get("flows"), call.buffers.get("locals"));
     let points: Vec<[f32; 4]> = call.buffers.get("points");
     let method = |pressed: f64, implicit: f64| {
-        physvideo_gpu::Constants::none().with("INCOMPRESSIBLE", 1.0 - pressed).with("IMPLICIT", implicit)
+        let constants = physvideo_gpu::Constants::none().with("COUNTS_WORK", 1.0);
+        constants.with("INCOMPRESSIBLE", 1.0 - pressed).with("IMPLICIT", implicit)
     };
     let pressed = [0.0, 1.0].iter().any(|i| call.constants == method(1.0, *i));
     let implicit = [0.0, 1.0].iter().any(|p| call.constants == method(*p, 1.0));
     let flown: Vec<[f32; 4]> = out.get("flown");
     let (mut got, mut want, mut scale) = (Vec::new(), Vec::new(), Vec::new());
+    let mut done = Work::default();
     for i in 0..placed {
         let (own, v) = (&locals[i], vec3(&flows[i]));
         let (mut a, mut size) = (vec3(&own.drive), vec3(&own.drive).norm());
@@ -90,15 +95,26 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             size += most / f64::from(own.density);
         }
         let held = if implicit { 0.0 } else { dt * f64::from(own.drag) };
-        let slid = (v + a * dt + vec3(&own.slide) * held) / (1.0 + held);
+        let before = v + a * dt;
+        let slid = (before + vec3(&own.slide) * held) / (1.0 + held);
         let squeeze = vec3(&own.squeeze) * if implicit { 0.0 } else { dt };
         let (rate, n) = (squeeze.norm(), squeeze.try_normalize(0.0).unwrap_or_default());
         let free = slid - n * ((slid - vec3(&own.slide)).dot(&n) * rate / (1.0 + rate));
         let next = if own.tag & PINNED != 0 { Vec3::zeros() } else { free };
+        if !implicit && own.tag & PINNED == 0 {
+            let mass = f64::from(own.density) * h().powi(3);
+            let most = mass * (v.norm() + dt * size + vec3(&own.slide).norm()) * vec3(&own.slide).norm();
+            done.add(mass * (free - before).dot(&vec3(&own.slide)), most, true);
+        }
         got.extend(flown[i][..3].iter().map(|c| f64::from(*c)));
         want.extend(next.iter());
         scale.extend([v.norm() + dt * size; 3]);
     }
     let kept = (0..placed).all(|i| flown[i][3] == flows[i][3]);
-    vec![Compared::close("velocities", got, want, scale), Compared::fact("the fourth goes on", kept)]
+    let (begun, clock): (Clock, Clock) = (call.buffers.one("clock"), out.one("clock"));
+    vec![
+        Compared::close("velocities", got, want, scale),
+        Compared::fact("the fourth goes on", kept),
+        done.compare(&begun, &clock, true, CASE.tolerance),
+    ]
 }

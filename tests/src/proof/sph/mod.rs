@@ -202,7 +202,7 @@ impl Liquid {
                     drag: if random.chance(0.3) { random.range(0.0, 300.0) } else { 0.0 },
                     density: [1000.0, 400.0][random.below(2)],
                     squeeze: if random.chance(0.3) { random.vector(300.0) } else { [0.0; 3] },
-                    spare: 0.0,
+                    power: random.range(-5.0, 5.0),
                     tag: random.below(3) as u32 | if random.chance(0.05) { super::cloud::PINNED } else { 0 },
                 }
             })

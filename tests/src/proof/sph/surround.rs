@@ -128,7 +128,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         let (density, nu) = (f64::from(places[i][3]), f64::from(body.mu));
         let (drive, doubtful) = force::acceleration(&forces, body, x, v, time);
         let (mut free, mut slope, mut drift, mut lift) = (1.0, Vec3::zeros(), 0.0, Vec3::zeros());
-        let mut squeeze = Vec3::zeros();
+        let (mut squeeze, mut power) = (Vec3::zeros(), 0.0);
         let (mut loose, mut slide, mut friction, mut weight, mut drag, mut clear) =
             (1.0, Vec3::zeros(), 0.0, 0.0, 0.0, !doubtful);
         for c in &colliders.d[..colliders.count as usize] {
@@ -153,7 +153,9 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
                 slope = slope * left + g * free;
                 drift = drift * left + speed.dot(&g) * free;
                 let across = drive.dot(&n);
-                lift = lift * left + (n * (across.min(0.0) * moment) - (drive - n * across) * share) * free;
+                let raised = n * (across.min(0.0) * moment) - (drive - n * across) * share;
+                lift = lift * left + raised * free;
+                power = power * left + raised.dot(&speed) * free;
                 free *= left;
                 slide += speed * g.norm();
                 weight += g.norm();
@@ -207,6 +209,9 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
             density,
         ]);
         scale.extend([1.0, stiff / density + pressed.abs() / density]);
+        got.push(l.power.into());
+        want.push(power * full);
+        scale.push(drive.norm() * 40.0 * 3.0);
         for (a, b, size) in [
             (l.wall, slope, steepest),
             (l.drive, all, drive.norm() * 40.0),
