@@ -1,4 +1,4 @@
-//! use lib/clock lib/polar lib/touch lib/shock
+//! use lib/clock lib/polar lib/touch lib/shock lib/give
 // Contact of the surface with the obstacles: a pressure for the depth of each face, which grows faster where it is
 // deep, and that of a shock; and a spring along the surface that slips by Coulomb's law (Cundall & Strack 1979). Faces
 // are half a spacing from their points; where they are follows exactly from the value and two derivatives at the point.
@@ -13,6 +13,8 @@
 
 // Depth at which the pressure has doubled by its part with the fifth power, in cells.
 override FIRM: f32 = 0.5;
+// Up to which it begins softly, see `give`.
+override SOFT: f32 = 0.06;
 
 struct Vectors { d: array<vec4f> }
 @group(0) @binding(0) var cells: texture_1d<u32>;
@@ -80,10 +82,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             let bend = vec3f(dot(moved.xx, o.n), dot(moved.yy, o.n), dot(moved.zz, o.n)) / 32.0;
             let deep = -vec3f(o.gap) - quarter * way * vec3f(dot(f[0], o.n), dot(f[1], o.n), dot(f[2], o.n)) - bend;
             let depth = max(deep, vec3f(0.0));
-            let deeper = depth / (FIRM * reference.dx);
-            let firm = deeper * deeper * deeper * deeper;
             let areas = vec3f(a.area, b.area, d.area);
-            let spring = solid.stiffness * areas * depth * (1.0 + firm);
+            let spring = solid.stiffness * rebound(approach, solid.wave) * areas
+                * give(depth, SOFT * reference.dx, FIRM * reference.dx);
             // The spring is damped as the body is while they come together, and never pulls.
             let taken = SHOCK * solid.density * fast * fast + solid.stiffness * solid.damping * max(approach, 0.0);
             let press = spring + select(vec3f(0.0), taken * areas, depth > vec3f(0.0));
@@ -104,7 +105,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             if (normal <= 0.0) { continue; }
             faces += mat3x3f(press.x * o.n, press.y * o.n, press.z * o.n);
             ways = select(ways, 0.25 * way, press > vec3f(0.0));
-            energy += 0.5 * solid.stiffness * dot(areas * depth, depth * (1.0 + 0.33333333 * firm));
+            energy += solid.stiffness * dot(areas, stored(depth, SOFT * reference.dx, FIRM * reference.dx));
             deepest = max(deepest, max(depth.x, max(depth.y, depth.z)) + rate * dt);
             // It rubs on the one that it is pressed to most.
             if (normal <= firmest) { continue; }

@@ -1,10 +1,10 @@
-//! Proof of `lagrangian/contact`: pressure for depth, much steeper from half a cell on, that of a shock, a
+//! Proof of `lagrangian/contact`: pressure for depth, soft at first, much steeper from half a cell on, that of a shock, a
 //! Coulomb-limited spring along the surface, glue.
 
 use nalgebra::{Rotation3, Unit};
 use physvideo_gpu::kernels::{Clock, Collider, Colliders, ElasticCell, Skin, Solid};
 
-use super::{Bodies, DX, WAVE, at_point, cofactor, hurry, quarter, solids};
+use super::{Bodies, DX, WAVE, at_point, cofactor, give, hurry, quarter, rebound, solids};
 use crate::proof::mpm::{Mat3, Vec3, obstacle, vec3};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 use crate::random::Random;
@@ -138,7 +138,9 @@ fn law(
                 if skin.tag >> bit & 1 == 0 {
                     continue;
                 }
-                area += face * s.abs().min(1.0);
+                // Areas as a face is turned or pressed change by the second order at first.
+                let side = face * (1.0 - (1.0 - s.abs().min(1.0)).powi(2));
+                area += side;
                 law.close |= (s.abs() - 1.0).abs() < 1e-5;
                 let mut there = place;
                 there[axis] += 0.25 * way;
@@ -148,15 +150,15 @@ fn law(
                 let face_at = rest + at_point(cell, fields[0], there).0;
                 let depth = -(gap + (face_at - x).dot(&n));
                 law.close |= depth.abs() < 1e-6;
-                let (side, depth) = (face * s.abs().min(1.0), depth.max(0.0));
-                let more = depth.powi(5) / (0.5 * DX).powi(4);
-                press[axis] = k * side * (depth + more);
+                let depth = depth.max(0.0);
+                let (pressed, stored) = give(depth, 0.06 * DX, 0.5 * DX);
+                press[axis] = k * side * pressed * rebound(approach, WAVE);
                 if depth > 0.0 {
                     let damped = k * f64::from(solid.damping) * approach.max(0.0);
                     press[axis] += side * (1.5 * f64::from(solid.density) * hurry(approach, WAVE).powi(2) + damped);
                 }
                 if c.sticky == 0 {
-                    law.energy += k * side * (depth * depth / 2.0 + more * depth / 6.0);
+                    law.energy += k * side * stored;
                     deepest = deepest.max(depth);
                 }
             }
