@@ -81,8 +81,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             let way = vec3f(a.way, b.way, d.way);
             let bend = vec3f(dot(moved.xx, o.n), dot(moved.yy, o.n), dot(moved.zz, o.n)) / 32.0;
             let deep = -vec3f(o.gap) - quarter * way * vec3f(dot(f[0], o.n), dot(f[1], o.n), dot(f[2], o.n)) - bend;
-            let depth = max(deep, vec3f(0.0));
             let areas = vec3f(a.area, b.area, d.area);
+            // Faces with a neighbour are inside the body, and press nothing.
+            let depth = select(vec3f(0.0), max(deep, vec3f(0.0)), areas > vec3f(0.0));
             let spring = solid.stiffness * rebound(approach, solid.wave) * areas
                 * give(depth, SOFT * reference.dx, FIRM * reference.dx);
             // The spring is damped as the body is while they come together, and never pulls.
