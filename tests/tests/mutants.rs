@@ -135,7 +135,7 @@ const POINTS: [(&str, &str, &str, &str); 23] = [
 ];
 
 /// The same for elastic bodies on grids of their own.
-const LAGRANGIAN: [(&str, &str, &str, &str); 50] = [
+const LAGRANGIAN: [(&str, &str, &str, &str); 52] = [
     ("lagrangian/force", "lib/stress", "z + sqrt(1.0 + z * z)", "sqrt(1.0 + z * z)"),
     ("lagrangian/force", "lib/stress", "s[1].y += swells;", ""),
     ("lagrangian/thin", "lagrangian/thin", "derivatives(motion, wd)", "derivatives(motion, wc)"),
@@ -144,7 +144,9 @@ const LAGRANGIAN: [(&str, &str, &str, &str); 50] = [
     ("lagrangian/force", "lib/shock", "CALM * wave", "0.9 * CALM * wave"),
     ("lagrangian/force", "lib/squash", "(q - 2.0 + k", "(q - 1.999 + k"),
     ("mpm/measure", "lib/squash", "SQUASHED * log(SQUASHED / k)", "0.0"),
-    ("lagrangian/contact", "lib/give", "soft * soft / 24.0", "soft * soft / 23.0"),
+    ("lagrangian/contact", "lagrangian/contact", "power += normal * dot(o.n, o.v);", ""),
+    ("lagrangian/contact", "lagrangian/contact", "power + dot(rub, rub_speed)", "power"),
+    ("lagrangian/contact", "lib/give", "depth * depth / 6.0", "depth * depth / 5.0"),
     ("lagrangian/contact", "lib/give", "depth - 0.5 * soft, 0.5 / soft", "depth - 0.5 * soft, 0.49 / soft"),
     ("lagrangian/contact", "lib/touch", "(2.0 - most)", "(1.9 - most)"),
     ("lagrangian/advance", "lagrangian/advance", "MEETS && heavy", "MEETS"),
