@@ -30,24 +30,24 @@ impl Choice {
     }
 }
 
-/// Chooses the solver of `world` as `simulation.elastic` asks.
+/// Chooses the solver of `world` as `simulation.elastic` asks; `budget`: the error that may be made.
 ///
 /// # Errors
 /// A world that cannot be simulated as asked.
-pub fn choose(asked: Elastic, world: &World) -> Result<Choice, Problem> {
+pub fn choose(asked: Elastic, budget: Option<f32>, world: &World) -> Result<Choice, Problem> {
     let mpm = |why: String| Ok(Choice { total_lagrangian: false, beside: vec![], why });
     if asked == Elastic::UpdatedLagrangian || world.bodies.is_empty() {
         return mpm("as `simulation.elastic` asks".into());
     }
-    if let Some(beside) = mixed(asked, world) {
+    if let Some(beside) = mixed(asked, budget, world) {
         return beside;
     }
     let obstacle = lagrangian::fit(world).err().map(|(i, why)| format!("'{}' {why}", world.bodies[i].name));
     let obstacle = obstacle.or_else(|| overlap(world, |_| true));
     let loose = || {
-        let found =
-            world.bodies.iter().find_map(|b| Some((b, loose(b, world, SAFE)?))).filter(|_| asked == Elastic::Auto)?;
-        Some(format!("nothing holds '{}', {}", found.0.name, found.1))
+        let mut bodies = world.bodies.iter().filter(|_| asked == Elastic::Auto);
+        let (body, why) = bodies.find_map(|b| Some((b, loose(b, budget, world, SAFE)?)))?;
+        Some(format!("nothing holds '{}', {why}", body.name))
     };
     match (obstacle.or_else(loose), asked) {
         (Some(why), Elastic::TotalLagrangian) => {
@@ -94,13 +94,13 @@ fn thickness(body: &Body) -> f32 {
 const SAFE: f64 = 2.0;
 const SAFE_BESIDE: f64 = 0.5;
 
-/// Why a body that nothing holds is better left to MPM, whose transfer calms what falls and hits.
-fn loose(body: &Body, world: &World, safe: f64) -> Option<String> {
+/// Why a body that nothing holds is better left to MPM.
+fn loose(body: &Body, budget: Option<f32>, world: &World, safe: f64) -> Option<String> {
     if body.pinned.contains(&true) {
         return None;
     }
-    if body.damping == 0.0 {
-        return Some("and after an impact it would ring on without `damping`".into());
+    if budget.is_some() {
+        return Some("and errors of what falls were measured by MPM, for `error_budget`".into());
     }
     let (meets, waves) = (Expected::of(world).speed(), f64::from(body.wave_speed()));
     (meets > safe * waves).then(|| {
@@ -112,7 +112,7 @@ fn loose(body: &Body, world: &World, safe: f64) -> Option<String> {
 
 /// Where some bodies cannot be on grids of their own whatever is asked, and others can: which are, body by body. Absent
 /// where all move alike.
-fn mixed(asked: Elastic, world: &World) -> Option<Result<Choice, Problem>> {
+fn mixed(asked: Elastic, budget: Option<f32>, world: &World) -> Option<Result<Choice, Problem>> {
     let elastic = |b: &Body| b.material.elastic() && b.emission.is_none() && b.recycle.is_none();
     if world.is_fluid() || world.bodies.iter().all(elastic) {
         return None;
@@ -124,7 +124,7 @@ fn mixed(asked: Elastic, world: &World) -> Option<Result<Choice, Problem>> {
         let held = body.pinned.contains(&true);
         let better_not = || match asked {
             Elastic::Auto => {
-                loose(body, world, SAFE_BESIDE).map(|why| format!("nothing holds it, {why}")).or_else(|| {
+                loose(body, budget, world, SAFE_BESIDE).map(|why| format!("nothing holds it, {why}")).or_else(|| {
                     (thickness(body) < THIN * world.dx)
                         .then(|| "so thin that matter of the grid could pass through it".into())
                 })

@@ -137,7 +137,7 @@ const POINTS: [(&str, &str, &str, &str); 23] = [
 ];
 
 /// The same for elastic bodies on grids of their own.
-const LAGRANGIAN: [(&str, &str, &str, &str); 47] = [
+const LAGRANGIAN: [(&str, &str, &str, &str); 52] = [
     ("lagrangian/force", "lib/stress", "z + sqrt(1.0 + z * z)", "sqrt(1.0 + z * z)"),
     ("lagrangian/force", "lib/stress", "s[1].y += swells;", ""),
     ("lagrangian/thin", "lagrangian/thin", "derivatives(motion, wd)", "derivatives(motion, wc)"),
@@ -146,9 +146,14 @@ const LAGRANGIAN: [(&str, &str, &str, &str); 47] = [
     ("lagrangian/force", "lib/shock", "CALM * wave", "0.9 * CALM * wave"),
     ("lagrangian/force", "lib/squash", "(q - 2.0 + k", "(q - 1.999 + k"),
     ("mpm/measure", "lib/squash", "SQUASHED * log(SQUASHED / k)", "0.0"),
-    ("lagrangian/contact", "lagrangian/contact", "0.33333333 * firm", "0.3 * firm"),
+    ("lagrangian/contact", "lagrangian/contact", "power += normal * dot(o.n, o.v);", ""),
+    ("lagrangian/contact", "lagrangian/contact", "power + dot(rub, rub_speed)", "power"),
+    ("lagrangian/contact", "lib/give", "depth * depth / 6.0", "depth * depth / 5.0"),
+    ("lagrangian/contact", "lib/give", "depth - 0.5 * soft, 0.5 / soft", "depth - 0.5 * soft, 0.49 / soft"),
+    ("lagrangian/contact", "lib/touch", "(2.0 - most)", "(1.9 - most)"),
+    ("lagrangian/advance", "lagrangian/advance", "MEETS && heavy", "MEETS"),
     ("lagrangian/contact", "lagrangian/contact", "fast * fast + solid.stiffness", "fast + solid.stiffness"),
-    ("lagrangian/contact", "lib/touch", "min(abs(s), 1.0)", "abs(s)"),
+    ("lagrangian/contact", "lib/touch", "min(abs(s), 1.0)", "min(abs(s), 1.1)"),
     ("lagrangian/force", "piola/corotated", "2.0 * b.mu) * e", "1.999 * b.mu) * e"),
     ("lagrangian/force", "piola/neo_hookean", "vec4f(LEAST_VOLUME));", "vec4f(0.06));"),
     ("lagrangian/force", "lagrangian/force", "0.6875 * n.m + 0.15625", "0.6875 * n.m + 0.15615"),
@@ -193,7 +198,7 @@ const LAGRANGIAN: [(&str, &str, &str, &str); 47] = [
 ];
 
 /// The same for bodies on grids of their own that meet.
-const PAIRS: [(&str, &str, &str, &str); 19] = [
+const PAIRS: [(&str, &str, &str, &str); 20] = [
     ("lagrangian/surface", "lagrangian/surface", "(0.5 * way * way) * bend", "(way * way) * bend"),
     ("lagrangian/surface", "lagrangian/surface", "last.w, last.w > 0.0)", "last.w, true)"),
     ("lagrangian/surface", "lagrangian/surface", "sqrt(solid.density)", "solid.density"),
@@ -204,7 +209,13 @@ const PAIRS: [(&str, &str, &str, &str); 19] = [
     ("lagrangian/meet", "lagrangian/meet", "(own.stiffness + other.stiffness)", "(2.0 * own.stiffness)"),
     ("lagrangian/meet", "lagrangian/meet", "min(own.friction, other.friction)", "own.friction"),
     ("lagrangian/meet", "lagrangian/meet", "1.27323954", "1.27423954"),
-    ("lagrangian/meet", "lagrangian/meet", "depth * (1.0 + firm)", "depth * (1.0 + 0.99 * firm)"),
+    ("lagrangian/meet", "lagrangian/meet", "0.5 * stored(", "0.49 * stored("),
+    (
+        "lagrangian/meet",
+        "lib/give",
+        "1.0 + LOSS * clamp(closing / wave, -1.0",
+        "1.0 + LOSS * clamp(closing / wave, 0.0",
+    ),
     ("lagrangian/meet", "lagrangian/meet", "depth < reach", "depth < 1.2 * reach"),
     ("lagrangian/meet", "lagrangian/meet", "own.wave + other.wave", "2.0 * own.wave"),
     ("lagrangian/meet", "lagrangian/meet", "own.damping * other.stiffness", "own.damping * own.stiffness"),

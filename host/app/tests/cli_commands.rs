@@ -12,8 +12,8 @@ fn a_plan_says_what_runs_what_does_not_and_why() {
     let said = folder.run(&["plan", "scene.toml", "--output", "frames"]);
     said.expect(0, &[]);
     for line in [
-        "simulate     run      MLS-MPM",
-        "solver       MPM: nothing holds 'jelly'",
+        "simulate     run      total Lagrangian",
+        "solver       total Lagrangian: one elastic body",
         "surfaces     skipped  the scene has no photograph",
         "photo        skipped  the scene has no photograph",
         "points       skipped  `output.points` is not set",
@@ -35,7 +35,7 @@ fn a_plan_predicts_what_the_run_reports() {
         let line = plan.lines().find(|l| l.starts_with(row)).unwrap_or_else(|| panic!("no {row:?} in:\n{plan}"));
         line[..line.find(words).unwrap()].split_whitespace().last().unwrap().parse().unwrap()
     };
-    assert!(report["solver"].as_str().unwrap().starts_with("MPM: nothing holds"), "{}", report["solver"]);
+    assert!(report["solver"].as_str().unwrap().starts_with("total Lagrangian: one"), "{}", report["solver"]);
     assert_eq!(number_before("jelly", " particles"), report["particles"][0]["count"].as_u64().unwrap());
     assert_eq!(number_before("memory", " bytes ("), report["memory"]["predicted"].as_u64().unwrap());
     assert!(number_before("pipelines", " are compiled") >= report["pipelines"].as_array().unwrap().len() as u64);

@@ -1,4 +1,4 @@
-//! use lib/clock lib/polar lib/touch lib/shock
+//! use lib/clock lib/polar lib/touch lib/shock lib/give lib/work
 // Contact of the surface with the obstacles: a pressure for the depth of each face, which grows faster where it is
 // deep, and that of a shock; and a spring along the surface that slips by Coulomb's law (Cundall & Strack 1979). Faces
 // are half a spacing from their points; where they are follows exactly from the value and two derivatives at the point.
@@ -13,6 +13,8 @@
 
 // Depth at which the pressure has doubled by its part with the fifth power, in cells.
 override FIRM: f32 = 0.5;
+// Up to which it begins softly, see `give`.
+override SOFT: f32 = 0.06;
 
 struct Vectors { d: array<vec4f> }
 @group(0) @binding(0) var cells: texture_1d<u32>;
@@ -62,6 +64,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     var rub_energy = 0.0;
     var closing = 0.0;
     var deepest = 0.0;
+    // Force times the obstacle's velocity [W]: what that brings to motion, deformation and springs together.
+    var power = 0.0;
+    var rub_speed = vec3f(0.0);
     for (var k = 0u; k < count; k++) {
         let c = load_collider(k);
         let p = pose(c, time);
@@ -79,11 +84,11 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             let way = vec3f(a.way, b.way, d.way);
             let bend = vec3f(dot(moved.xx, o.n), dot(moved.yy, o.n), dot(moved.zz, o.n)) / 32.0;
             let deep = -vec3f(o.gap) - quarter * way * vec3f(dot(f[0], o.n), dot(f[1], o.n), dot(f[2], o.n)) - bend;
-            let depth = max(deep, vec3f(0.0));
-            let deeper = depth / (FIRM * reference.dx);
-            let firm = deeper * deeper * deeper * deeper;
             let areas = vec3f(a.area, b.area, d.area);
-            let spring = solid.stiffness * areas * depth * (1.0 + firm);
+            // Faces with a neighbour are inside the body, and press nothing.
+            let depth = select(vec3f(0.0), max(deep, vec3f(0.0)), areas > vec3f(0.0));
+            let spring = solid.stiffness * rebound(approach, solid.wave) * areas
+                * give(depth, SOFT * reference.dx, FIRM * reference.dx);
             // The spring is damped as the body is while they come together, and never pulls.
             let taken = SHOCK * solid.density * fast * fast + solid.stiffness * solid.damping * max(approach, 0.0);
             let press = spring + select(vec3f(0.0), taken * areas, depth > vec3f(0.0));
@@ -94,6 +99,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             if (c.sticky != 0u) {
                 if (normal <= 0.0 && !mine) { continue; }
                 force -= solid.stiffness * face * slid;
+                power -= solid.stiffness * face * dot(slid, o.v);
                 grip = select(vec4f(to_own(p, x), f32(k + 1u)), held, mine);
                 energy += 0.5 * solid.stiffness * face * dot(slid, slid);
                 rub = vec3f(0.0);
@@ -103,8 +109,9 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             }
             if (normal <= 0.0) { continue; }
             faces += mat3x3f(press.x * o.n, press.y * o.n, press.z * o.n);
+            power += normal * dot(o.n, o.v);
             ways = select(ways, 0.25 * way, press > vec3f(0.0));
-            energy += 0.5 * solid.stiffness * dot(areas * depth, depth * (1.0 + 0.33333333 * firm));
+            energy += solid.stiffness * dot(areas, stored(depth, SOFT * reference.dx, FIRM * reference.dx));
             deepest = max(deepest, max(depth.x, max(depth.y, depth.z)) + rate * dt);
             // It rubs on the one that it is pressed to most.
             if (normal <= firmest) { continue; }
@@ -115,6 +122,7 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             grip = vec4f(to_own(p, x - kept * along), f32(k + 1u));
             rub = (-stiffness * kept) * along;
             rub_at = press / normal;
+            rub_speed = o.v;
             rub_energy = 0.5 * stiffness * kept * kept * dot(along, along);
         }
     }
@@ -124,6 +132,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     pushes.d[to + 2u] = vec4f(faces[1] + rub_at.y * rub, ways.y);
     pushes.d[to + 3u] = vec4f(faces[2] + rub_at.z * rub, ways.z);
     grips.d[i] = grip;
+    if (COUNTS_WORK) {
+        // Nodes are kicked by half of their last step, which each keeps, and half of this one; once the frame is done, by the
+        // former alone.
+        let node = textureLoad(cells, 3u * (point >> 3u) + 1u, 0).x + 1u;
+        count_units(0.5 * (texel(v, node).w + dt) * (power + dot(rub, rub_speed)));
+    }
     // The springs' share of the fastest vibration, half of all at rest, grows by as much as the pressure steepens.
     // That of one step on, for it comes late otherwise.
     let firm = pow(deepest / (FIRM * reference.dx), 4.0);

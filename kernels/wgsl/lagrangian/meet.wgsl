@@ -1,4 +1,4 @@
-//! use lib/clock lib/facet lib/shock
+//! use lib/clock lib/facet lib/shock lib/give
 // Contact of bodies with each other, facet by facet of two bodies that face each other: a pressure for the depth, that
 // of a shock, and a spring along the surface that slips by Coulomb's law. Each pair pushes both of its facets by the
 // same force: it is made of the two areas and of a weight W of their distance along the surface, whose sum times the
@@ -11,6 +11,8 @@
 override BESIDE: bool = false;
 // Depth at which the pressure has doubled by its part with the fifth power, in cells.
 override FIRM: f32 = 0.25;
+// Up to which it begins softly, see `give`.
+override SOFT: f32 = 0.03;
 
 struct Vectors { d: array<vec4f> }
 struct Ties { d: array<Tie> }
@@ -61,8 +63,7 @@ fn pair(own: Patch, other: Patch, sum: ptr<function, Meeting>) {
     let weight = facing * faces * (q * q * q * 1.27323954 / (wide * wide * grown));     // 4/π
     // Two springs in a row.
     let k = weight * (own.stiffness * other.stiffness / (own.stiffness + other.stiffness));
-    let firm = pow(depth / (FIRM * surface.dx), 4.0);
-    let pressed = depth * (1.0 + firm);
+    let pressed = give(vec3f(depth), SOFT * surface.dx, FIRM * surface.dx).x;
     // A shock runs into both, so that each takes its part of the closing speed by the root of the other's density.
     let rate = dot(own.v - other.v, n);
     let closing = max(0.0, -rate);
@@ -74,10 +75,10 @@ fn pair(own: Patch, other: Patch, sum: ptr<function, Meeting>) {
     let across = slid - dot(slid, n) * n;
     let most = min(own.friction, other.friction) * pressed;
     let kept = across * min(1.0, most / max(length(across), 1e-30));
-    (*sum).force += (k * pressed + taken) * n - k * kept;
+    (*sum).force += (k * rebound(-rate, own.wave + other.wave) * pressed + taken) * n - k * kept;
     (*sum).slip += weight * kept;
     (*sum).weight += weight;
-    (*sum).energy += k * (0.25 * depth * depth * (1.0 + 0.33333333 * firm) + 0.25 * dot(kept, kept));
+    (*sum).energy += k * (0.5 * stored(vec3f(depth), SOFT * surface.dx, FIRM * surface.dx).x + 0.25 * dot(kept, kept));
     (*sum).deepest = max((*sum).deepest, depth);
     (*sum).coming = max((*sum).coming, abs(rate));
 }

@@ -32,11 +32,14 @@ fn facing(c: Collider, p: Pose, x: vec3f, t: f32, side: u32) -> Facing {
 
 // The face of a point along one axis that looks against n: its area across n, and which way it looks; c is the axis's
 // column of the cofactor, which turns areas as they are deformed, face an area at rest. A stretched face counts as it was
-// at rest: its mass has not grown, and the step would not stand a stiffness that has.
+// at rest: its mass has not grown, and the step would not stand a stiffness that has. One that is turned or pressed counts
+// as s (2 − s) of it, without a slope at s = 1: a pressure on an area that changes as it is pressed has no potential, and
+// makes energy.
 struct Face { area: f32, way: f32 }
 
 fn face_against(tag: u32, axis: u32, c: vec3f, n: vec3f, face: f32) -> Face {
     let s = dot(c, n);
     let missing = ((tag >> select(11u + axis, 8u + axis, s > 0.0)) & 1u) != 0u;
-    return Face(select(0.0, face * min(abs(s), 1.0), missing), select(1.0, -1.0, s > 0.0));
+    let most = min(abs(s), 1.0);
+    return Face(select(0.0, face * most * (2.0 - most), missing), select(1.0, -1.0, s > 0.0));
 }

@@ -8,7 +8,10 @@ const MOST_UNITS: f32 = 9e18;
 
 fn count_work(joules: f32) {
     // Once the frame is done, what is still submitted finds the nodes of the last step.
-    if (clock.dt == 0.0) { return; }
+    if (clock.dt > 0.0) { count_units(joules); }
+}
+
+fn count_units(joules: f32) {
     let units = joules / clock.work_unit;
     let size = abs(units);
     if (!(size >= 1.0 && size < MOST_UNITS)) { return; }

@@ -2,8 +2,10 @@
 
 use physvideo::stages::solver::{FrameStats, Solver};
 use physvideo::world::{Body, World};
-use physvideo_gpu::Gpu;
-use physvideo_tests::device::gpu;
+use physvideo_gpu::kernels::Collider;
+use physvideo_gpu::{Gpu, Options};
+use physvideo_tests::device::{self, gpu};
+use physvideo_tests::folder;
 
 use super::setup::{body, fill, solver, world};
 
@@ -101,4 +103,46 @@ fn squeezed_and_inverted_bodies_recover() {
         // A few that are inside out between others that are crushed take longer.
         assert!(start > 0.01 && end < 0.2 * start && kept < 1.15, "{start}, {end}, {kept}");
     }
+}
+
+/// A block of 15.6 kg, at rest or not, and a wall with some friction that comes from below at 4 m/s, from the side at 2 m/s:
+/// what happened in ten frames of 5 ms, and the energy at the end [J].
+fn swept(gpu: &Gpu, courant: f32) -> (Vec<FrameStats>, f64) {
+    let cube = fill(DX, [0.0, 0.0, 0.01], [0.25, 0.25, 0.26], |_| true);
+    let mut w = world(vec![body(JELLY, 1000.0, DX, cube, |_| [0.0; 3])], DX);
+    w.courant = courant;
+    w.colliders = vec![Collider {
+        shape: physvideo_gpu::kernels::family::shape::PLANE,
+        friction: 0.4,
+        end: 1e9,
+        size: [0.0, 0.0, 1.0, 0.0],
+        velocity: [2.0, 0.0, 4.0, 0.0],
+        ..Default::default()
+    }];
+    let mut s = solver(gpu, &w);
+    let frames = (0..10).map(|_| s.frame(0.005).unwrap()).collect();
+    let m = s.measure(0).unwrap();
+    gpu.free_arena("run");
+    (frames, m.kinetic + m.elastic)
+}
+
+/// What an obstacle gives is no gain from nowhere, and does not keep the guard from seeing one.
+#[test]
+fn the_work_of_an_obstacle_is_counted() {
+    let gpu = gpu();
+    let (frames, energy) = swept(&gpu, 0.75);
+    println!("swept: {energy:.1} J");
+    // Thrown at nearly twice the wall's speed, ½ m (2 v)² = 500 J, less what vibrates and comes back into the wall.
+    assert!(energy > 200.0 && frames.iter().all(|f| f.gained + f.rejected == 0), "{energy} J, {frames:?}");
+    // Beside the same obstacle, a step beyond the limit is seen and taken back.
+    let (frames, _) = swept(&gpu, 1.9);
+    assert!(frames.iter().any(|f| f.rejected > 0), "{frames:?}");
+    // Control: where nothing is counted the throw itself looks like a gain.
+    let copy = tempfile::tempdir().unwrap();
+    folder::copy_kernels(copy.path());
+    folder::edit(copy.path(), "lagrangian/contact", "if (COUNTS_WORK) {", "if (false) {");
+    let blind = device::open(Options { wgsl: Some(copy.path().into()), ..device::options() });
+    let (frames, _) = swept(&blind, 0.75);
+    assert!(frames.iter().any(|f| f.gained > 0), "{frames:?}");
+    assert_eq!(gpu.messages(), Vec::<String>::new());
 }

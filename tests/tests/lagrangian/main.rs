@@ -1,6 +1,7 @@
 //! Elastic bodies on grids of their own: problems with a known answer, each with a control that must fail.
 
 mod bar;
+mod bounce;
 mod cantilever;
 mod choice;
 mod contact;

@@ -6,7 +6,8 @@ use physvideo_gpu::kernels::Clock;
 use physvideo_gpu::{GpuError, Groups, Recording};
 
 use super::{BATCH, Lagrangian};
-use crate::stages::solver::{CALLS, Fastest, FrameStats, RUNS};
+use crate::stages::energy::work;
+use crate::stages::solver::{CALLS, Fastest, FrameStats, Measure, RUNS};
 
 /// Attempts at a frame that are taken back.
 const MOST_REJECTED: u32 = 3;
@@ -62,6 +63,7 @@ impl Lagrangian<'_> {
             particles: lanes,
             particle_groups: [lanes.div_ceil(64), 1, 1],
             runs,
+            work_unit: self.work_unit,
             ..Default::default()
         };
         self.gpu.write(self.clock, 0, &[clock])
@@ -125,7 +127,7 @@ impl Lagrangian<'_> {
     /// Advances by one frame of `length` seconds.
     ///
     /// A frame in which a body ran away (‖F‖ over 17) or a node was not finite is taken back as soon as that shows, and
-    /// one in which energy came from nowhere (where only gravity works) at its end; it is repeated with a Courant number
+    /// one in which energy came from nowhere (where only gravity and moving obstacles work) at its end; it is repeated with a Courant number
     /// 0.78 times as large, which the run then keeps. Three times a frame at most; where that does not help, the run
     /// returns to its own steps, and what happens is counted.
     ///
@@ -143,6 +145,9 @@ impl Lagrangian<'_> {
         self.gpu.run(&save)?;
         let began = self.courant;
         let before = if self.guarded && self.closed { Some(self.energy()?) } else { None };
+        if let Some((own, _)) = before {
+            self.work_unit = self.budget.unit(&Measure { kinetic: own, ..Default::default() });
+        }
         loop {
             let watch = self.guarded && stats.rejected < MOST_REJECTED;
             let clock = self.attempt(length, watch)?;
@@ -157,7 +162,7 @@ impl Lagrangian<'_> {
             self.finish()?;
             if let (Some((own, potential)), true, false) = (before, watch, bad) {
                 let now = self.energy()?;
-                let gained = now.0 + now.1 - own - potential;
+                let gained = now.0 + now.1 - own - potential - work(&self.gpu.read(self.clock)?[0]);
                 bad = gained.is_nan() || gained > MOST_GAINED * now.0 + self.noise;
                 stats.gained += u32::from(bad);
             }

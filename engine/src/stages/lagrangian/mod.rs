@@ -31,6 +31,7 @@ use self::matter::Matter;
 use self::pairs::{Moved, Pairs};
 use self::reference::Reference;
 use self::start::{constants, shocked};
+use super::energy::{Budget, moves};
 use super::solver::CALLS;
 use crate::world::World;
 
@@ -91,9 +92,13 @@ pub struct Lagrangian<'gpu> {
     held: Vec<f64>,
     /// Gravity that each body feels [m/s²].
     weights: Vec<[f64; 3]>,
-    /// Nothing but gravity does work: no field, and no obstacle moves. And all energy shows: particles do not tell that of
+    /// Nothing but gravity and obstacles does work: there is no field. And all energy shows: particles do not tell that of
     /// thin parts that bend.
     closed: bool,
+    /// How finely the work of obstacles is counted goes by what there is of energy, and how fast they are.
+    budget: Budget,
+    /// What one step of that count stands for [J].
+    work_unit: f32,
     /// Energy that rounding may seem to make: a ten-thousandth of lifting everything by a cell [J].
     noise: f64,
     particle_ranges: Vec<std::ops::Range<u64>>,
@@ -169,6 +174,7 @@ impl<'gpu> Lagrangian<'gpu> {
             .with("MIRRORED", f64::from(u8::from(reference.mirrored())))
             .with("DAMPED", f64::from(u8::from(damped)))
             .with("SHOCKED", f64::from(u8::from(shocked(world, own))))
+            .with("COUNTS_WORK", f64::from(u8::from(world.colliders.iter().any(moves))))
             .with("MEETS", f64::from(u8::from(!world.colliders.is_empty() || world.bodies.len() > 1)));
         let obstacles = !world.colliders.is_empty();
         let several = own.iter().filter(|own| **own).count() > 1;
@@ -246,9 +252,9 @@ impl<'gpu> Lagrangian<'gpu> {
                 * f64::from(world.dx)
                 * world.gravity.iter().map(|g| f64::from(*g).abs()).sum::<f64>(),
             weights: reference.solids.iter().map(|s| s.gravity.map(f64::from)).collect(),
-            closed: world.fields.is_empty()
-                && reference.thin.cells.is_empty()
-                && world.colliders.iter().all(|c| c.velocity == [0.0; 4] && c.spin == [0.0; 4]),
+            closed: world.fields.is_empty() && reference.thin.cells.is_empty(),
+            budget: Budget::new(world),
+            work_unit: 1.0,
             particle_ranges,
             time: 0.0,
             courant: world.courant,

@@ -1,11 +1,12 @@
-//! Proof of `lagrangian/contact`: pressure for depth, much steeper from half a cell on, that of a shock, a
+//! Proof of `lagrangian/contact`: pressure for depth, soft at first, much steeper from half a cell on, that of a shock, a
 //! Coulomb-limited spring along the surface, glue.
 
 use nalgebra::{Rotation3, Unit};
 use physvideo_gpu::kernels::{Clock, Collider, Colliders, ElasticCell, Skin, Solid};
 
-use super::{Bodies, DX, WAVE, at_point, cofactor, hurry, quarter, solids};
+use super::{Bodies, DX, WAVE, at_point, cofactor, give, hurry, quarter, rebound, solids};
 use crate::proof::mpm::{Mat3, Vec3, obstacle, vec3};
+use crate::proof::work::{Work, begun};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 use crate::random::Random;
 
@@ -60,7 +61,8 @@ fn inputs(ask: Ask) -> Call {
         .with("grips", &grips)
         .same("grips_was", "grips")
         .with("pushes", &vec![[f32::NAN; 4]; 4 * b.skins.len()])
-        .with("clock", &[clock])
+        .constant("COUNTS_WORK", (ask.seed % 2) as f64)
+        .with("clock", &[begun(clock)])
 }
 
 /// Where an obstacle is, and how it moves.
@@ -93,6 +95,8 @@ struct Law {
     approach: f64,
     /// Depth one step on [m].
     deepest: f64,
+    /// Sum of forces times the obstacles' velocities, and of their sizes [W].
+    power: (f64, f64),
     /// A decision on the way was close to going the other way.
     close: bool,
 }
@@ -114,13 +118,14 @@ fn law(
     let k = f64::from(solid.stiffness);
     let face = 0.25 * DX * DX;
     let mut firmest = 0.0;
-    let mut rub = (Vec3::zeros(), [0.0; 3], 0.0);
+    let mut rub = (Vec3::zeros(), [0.0; 3], 0.0, Vec3::zeros());
     for (i, c) in all.d[..all.count as usize].iter().enumerate() {
         let motion = Motion::new(c);
         for (gap, normal, tie) in obstacle::shape(c.shape, vec3(&c.size), motion.turn.inverse() * (x - motion.center)) {
             law.close |= tie < 1e-5;
             let n = motion.turn * normal;
-            let approach = -(speed - motion.drift - motion.spin.cross(&(x - motion.center))).dot(&n);
+            let velocity = motion.drift + motion.spin.cross(&(x - motion.center));
+            let approach = -(speed - velocity).dot(&n);
             let reach = 0.25 * DX + 2.0 * approach.abs() * 1e-3;
             law.close |= (gap - reach).abs() < 1e-5 || approach.abs() < 1e-5;
             if gap < reach {
@@ -138,7 +143,9 @@ fn law(
                 if skin.tag >> bit & 1 == 0 {
                     continue;
                 }
-                area += face * s.abs().min(1.0);
+                // Areas as a face is turned or pressed change by the second order at first.
+                let side = face * (1.0 - (1.0 - s.abs().min(1.0)).powi(2));
+                area += side;
                 law.close |= (s.abs() - 1.0).abs() < 1e-5;
                 let mut there = place;
                 there[axis] += 0.25 * way;
@@ -148,15 +155,15 @@ fn law(
                 let face_at = rest + at_point(cell, fields[0], there).0;
                 let depth = -(gap + (face_at - x).dot(&n));
                 law.close |= depth.abs() < 1e-6;
-                let (side, depth) = (face * s.abs().min(1.0), depth.max(0.0));
-                let more = depth.powi(5) / (0.5 * DX).powi(4);
-                press[axis] = k * side * (depth + more);
+                let depth = depth.max(0.0);
+                let (pressed, stored) = give(depth, 0.06 * DX, 0.5 * DX);
+                press[axis] = k * side * pressed * rebound(approach, WAVE);
                 if depth > 0.0 {
                     let damped = k * f64::from(solid.damping) * approach.max(0.0);
                     press[axis] += side * (1.5 * f64::from(solid.density) * hurry(approach, WAVE).powi(2) + damped);
                 }
                 if c.sticky == 0 {
-                    law.energy += k * side * (depth * depth / 2.0 + more * depth / 6.0);
+                    law.energy += k * side * stored;
                     deepest = deepest.max(depth);
                 }
             }
@@ -167,6 +174,8 @@ fn law(
             if c.sticky != 0 {
                 if total > 0.0 || mine {
                     law.own -= k * face * slid;
+                    law.power.0 -= k * face * slid.dot(&velocity);
+                    law.power.1 += k * face * (slid.norm() + x.norm()) * velocity.norm();
                     law.energy += 0.5 * k * face * slid.norm_squared();
                     law.grip = Some((i + 1, own(x - slid)));
                     rub = Default::default();
@@ -175,6 +184,8 @@ fn law(
                 continue;
             }
             (0..3).for_each(|a| law.faces[a] += press[a] * n);
+            law.power.0 += total * n.dot(&velocity);
+            law.power.1 += (total + k * area * x.norm()) * velocity.norm();
             if total > 0.0 {
                 law.deepest = law.deepest.max(deepest + approach.abs() * 1e-3);
             }
@@ -186,13 +197,15 @@ fn law(
                 let pull = (k * area * along.norm()).min(f64::from(c.friction) * total);
                 let stretch = pull / (k * area);
                 let direction = along.try_normalize(0.0).unwrap_or_else(Vec3::zeros);
-                rub = (-pull * direction, press.map(|p| p / total), 0.5 * k * area * stretch * stretch);
+                rub = (-pull * direction, press.map(|p| p / total), 0.5 * k * area * stretch * stretch, velocity);
                 law.grip = Some((i + 1, own(x - stretch * direction)));
             }
         }
     }
     (0..3).for_each(|a| law.faces[a] += rub.1[a] * rub.0);
     law.energy += rub.2;
+    law.power.0 += rub.0.dot(&rub.3);
+    law.power.1 += rub.0.norm() * rub.3.norm();
     law
 }
 
@@ -205,15 +218,20 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let held: Vec<[f32; 4]> = input.get("grips");
     let (pushes, grips): (Vec<[f32; 4]>, Vec<[f32; 4]>) = (out.get("pushes"), out.get("grips"));
     let clock: Clock = out.one("clock");
+    let counts = call.constants.clone().with("COUNTS_WORK", 1.0) == call.constants;
     let (mut got, mut want, mut scale) = (Vec::new(), Vec::new(), Vec::new());
     let (mut fastest, mut sound) = (0.0f64, true);
     let mut holds = (Vec::new(), Vec::new());
+    let mut done = Work::default();
     for (i, skin) in skins.iter().enumerate() {
         let solid = &solids[(skin.tag & 0xff) as usize];
         let cell = &cells[(skin.point >> 3) as usize];
         let law = law(&all, solid, skin, cell, [&u, &v], &held[i]);
         let finite = law.own.iter().chain(law.faces.iter().flatten()).all(|c| c.is_finite()) && law.energy.is_finite();
         let finite = finite && at_point(cell, &u, quarter(skin.point & 7)).0.iter().all(|c| c.is_finite());
+        // Half of this step and half of the last, which nodes keep.
+        let kick = 0.5 * (1e-3 + f64::from(v[0][3]));
+        done.add(kick * law.power.0, kick * law.power.1, !law.close && finite);
         if law.close || !finite {
             sound = false;
             continue;
@@ -244,6 +262,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let mut facts = vec![
         Compared::close("forces, energy and grips", got, want, scale),
         Compared::equal("which obstacle is held", &holds.0, &holds.1),
+        done.compare(&input.one("clock"), &clock, counts, CASE.tolerance),
     ];
     if sound {
         let speed = f64::from(f32::from_bits(clock.speed_bits));

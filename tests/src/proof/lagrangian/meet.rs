@@ -4,7 +4,7 @@
 use physvideo_gpu::kernels::{Bounds, Clock, Patch, Surface, Tie};
 
 use super::surface::{GROUP, NO_FACET};
-use super::{DX, NOBODY, hurry};
+use super::{DX, NOBODY, give, hurry, rebound};
 use crate::proof::mpm::{Vec3, vec3};
 use crate::proof::{Ask, Buffers, Call, Case, Compared};
 use crate::random::Random;
@@ -137,8 +137,7 @@ impl Law {
         let k = weight / (1.0 / f64::from(own.stiffness) + 1.0 / f64::from(other.stiffness));
         let slid = vec3(&own.slid) - vec3(&other.slid);
         let along = slid - n * slid.dot(&n);
-        let more = depth.powi(5) / (0.25 * DX).powi(4);
-        let pressed = depth + more;
+        let (pressed, stored) = give(depth, 0.03 * DX, 0.25 * DX);
         let friction = f64::from(own.friction.min(other.friction));
         let kept = along * (friction * pressed / along.norm()).min(1.0);
         // Each takes its part of the closing speed, so that both feel the same q = 1.5 ρ w².
@@ -151,15 +150,15 @@ impl Law {
         let part =
             |a: &Patch, b: &Patch| f64::from(a.damping) / (1.0 + f64::from(a.stiffness) / f64::from(b.stiffness));
         let shock = shock + k * (part(own, other) + part(other, own)) * closing;
-        self.force += k * (pressed * n - kept) + shock * n;
+        let pushed = pressed * rebound(rate, f64::from(own.wave) + f64::from(other.wave));
+        self.force += k * (pushed * n - kept) + shock * n;
         self.size += shock;
         self.slip += weight * kept;
         self.weight += weight;
-        let stored = depth.powi(2) / 2.0 + more * depth / 6.0 + kept.norm_squared() / 2.0;
-        self.energy += k * stored / 2.0;
+        self.energy += k * (stored + kept.norm_squared() / 2.0) / 2.0;
         self.deepest = self.deepest.max(depth);
         self.coming = self.coming.max(rate.abs());
-        self.size += k * (DX + more);
+        self.size += k * (DX + pressed);
     }
 }
 

@@ -81,6 +81,23 @@ pub fn hurry(closing: f64, waves: f64) -> f64 {
     (closing - 0.25 * waves).max(0.0)
 }
 
+/// Pressure of a compliant surface over its stiffness at a depth: d²/(2 w) with w = `soft`, d − w/2 from there on, and d⁵/f⁴
+/// with f = `firm` [m]; and the same as an energy [m²].
+pub fn give(d: f64, soft: f64, firm: f64) -> (f64, f64) {
+    let (p, e) = if d < soft {
+        (d * d / (2.0 * soft), d.powi(3) / (6.0 * soft))
+    } else {
+        // From w on a line, whose integral begins with the w²/6 of the parabola.
+        (d - soft / 2.0, soft * soft / 6.0 + (d - soft) * soft / 2.0 + (d - soft).powi(2) / 2.0)
+    };
+    (p + d.powi(5) / firm.powi(4), e + d.powi(6) / firm.powi(4) / 6.0)
+}
+
+/// By how much more it pushes where it closes at a speed, for that of the waves (Hunt & Crossley).
+pub fn rebound(closing: f64, waves: f64) -> f64 {
+    1.0 + 0.3 * (closing / waves).clamp(-1.0, 1.0)
+}
+
 /// What a shock adds (von Neumann & Richtmyer): −J q F⁻ᵀ with q = 1.5 ρ/J w², w the part that counts of the speed at which
 /// the cell's two sides come together; and the slope of q against the rate of that, over the density at rest [m/s].
 pub fn shock(solid: &Solid, f: &Mat3, rate: &Mat3) -> (Mat3, f64) {
@@ -220,7 +237,7 @@ impl Bodies {
                 ElasticNode {
                     x: at.map(|c| (f64::from(c) * DX) as f32),
                     tag: random.below(kinds) as u32,
-                    m: random.range(1e-3, 2e-3),
+                    m: random.range(5e-4, 2e-3),
                     mirror: NOBODY,
                     rows,
                     spare: 0,
