@@ -23,7 +23,6 @@ const EARTH: f64 = 9.81;
 #[derive(Clone, Debug)]
 pub struct Budget {
     sources: Vec<Source>,
-    colliders: Vec<Collider>,
     /// What pulls each body [m/s²].
     gravity: Vec<[f32; 3]>,
     /// Largest speed of an obstacle within the domain [m/s].
@@ -96,18 +95,11 @@ impl Budget {
         Self {
             sources: world.fields.iter().enumerate().map(source).collect(),
             swiftest: world.colliders.iter().map(|c| swiftest(c, world.domain)).fold(0.0, f64::max),
-            colliders: world.colliders.clone(),
             gravity: world.bodies.iter().map(|b| b.gravity.unwrap_or(world.gravity)).collect(),
             mass: all,
             floor: all * (FALL * pull * f64::from(cell) + 0.5 * (MACH * slowest).powi(2)) + taut,
             spent: 0.0,
         }
-    }
-
-    /// Whether obstacles stand still in the frame of `length` seconds from `time`.
-    pub fn stands_still(&self, time: f64, length: f64) -> bool {
-        let runs = |start: f32, end: f32| f64::from(start) < time + length && f64::from(end) > time;
-        !self.colliders.iter().any(|c| moves(c) && runs(c.start, c.end))
     }
 
     /// What one step of a count of work stands for [J], before a frame that begins with `before`: a part in 2³⁶ of what
@@ -130,16 +122,21 @@ impl Budget {
         went.map(|(_, b)| energy(b)).filter(|e| e.is_finite()).sum()
     }
 
-    /// Whether a frame may end so: it began with `before` and ends with `after`, sums over all bodies, and `work` [J] came
-    /// in from obstacles and with what started anew. One that may is remembered.
-    pub fn allows(&mut self, before: &Measure, after: &Measure, work: f64, time: f64, length: f64) -> bool {
+    /// The most energy in motion and deformation [J] with which a frame can end that began with `before`, if what is in
+    /// gravity is as in `after` and `work` [J] came in from obstacles and with what started anew.
+    pub fn most(&self, before: &Measure, after: &Measure, work: f64, time: f64, length: f64) -> f64 {
         let (mut root, mut power) = (0.0, 0.0);
         for s in self.sources.iter().filter(|s| s.start < time + length && s.end > time) {
             (root, power) = (root + s.root, power + s.power);
         }
-        let (x0, x1) = (before.energy(), after.energy());
         let fallen = before.potential - after.potential;
-        let most = ((x0 + fallen + work + power * length).max(0.0).sqrt() + root * length).powi(2);
+        ((before.energy() + fallen + work + power * length).max(0.0).sqrt() + root * length).powi(2)
+    }
+
+    /// Whether a frame may end so: it began with `before` and ends with `after`, sums over all bodies, and `work` [J] came
+    /// in from obstacles and with what started anew. One that may is remembered.
+    pub fn allows(&mut self, before: &Measure, after: &Measure, work: f64, time: f64, length: f64) -> bool {
+        let (most, x1) = (self.most(before, after, work, time, length), after.energy());
         let spent = (self.spent + x1 - most).max(0.0);
         // What loses energy is not at fault, whatever came before.
         let fits = spent <= SHARE * x1.min(most) + self.floor || x1 <= most;
@@ -162,7 +159,7 @@ mod tests {
 
     fn budget(fields: &[Field]) -> Budget {
         let sources = fields.iter().map(|f| Source::new(f, 2.0, 1.0)).collect();
-        Budget { sources, colliders: vec![], gravity: vec![], swiftest: 0.0, mass: 2.0, floor: 1e-6, spent: 0.0 }
+        Budget { sources, gravity: vec![], swiftest: 0.0, mass: 2.0, floor: 1e-6, spent: 0.0 }
     }
 
     fn of(kinetic: f64, potential: f64) -> Measure {
@@ -232,12 +229,5 @@ mod tests {
         let then = [at(-4.9, 0), at(0.0, 0), at(1.0, QUARANTINED), at(2.0, 0)];
         let now = [at(-5.0, QUARANTINED), at(0.0, 0), at(1.0, QUARANTINED), at(2.0, QUARANTINED | DORMANT)];
         assert_eq!(budget.taken(&then, &now), 9.0 - 100.0);
-    }
-
-    #[test]
-    fn obstacles_stand_still_outside_their_time() {
-        let wall = Collider { end: 1.0, velocity: [1.0, 0.0, 0.0, 0.0], ..Default::default() };
-        let moved = Budget { colliders: vec![wall], ..budget(&[]) };
-        assert!(!moved.stands_still(0.9, 0.2) && moved.stands_still(1.0, 0.2) && budget(&[]).stands_still(0.0, 1.0));
     }
 }

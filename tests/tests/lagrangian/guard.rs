@@ -1,8 +1,11 @@
 //! Steps beyond the limit, squeezed and inverted starts, bodies of any shape.
 
+use physvideo::scene::Material;
+use physvideo::stages::mpm::{Method, Mpm};
 use physvideo::stages::solver::{FrameStats, Solver};
 use physvideo::world::{Body, World};
-use physvideo_gpu::kernels::Collider;
+use physvideo_gpu::kernels::family::field::UNIFORM;
+use physvideo_gpu::kernels::{Collider, Field};
 use physvideo_gpu::{Gpu, Options};
 use physvideo_tests::device::{self, gpu};
 use physvideo_tests::folder;
@@ -105,9 +108,10 @@ fn squeezed_and_inverted_bodies_recover() {
     }
 }
 
-/// A block of 15.6 kg, at rest or not, and a wall with some friction that comes from below at 4 m/s, from the side at 2 m/s:
-/// what happened in ten frames of 5 ms, and the energy at the end [J].
-fn swept(gpu: &Gpu, courant: f32) -> (Vec<FrameStats>, f64) {
+/// A block of 15.6 kg, at rest, and a wall with some friction that comes from below at 4 m/s, from the side at 2 m/s:
+/// what happened in ten frames of 5 ms, and the energy at the end [J]. Beside it may be a pile of sand on MPM's grid, which the
+/// wall meets too.
+fn swept(gpu: &Gpu, courant: f32, sand: bool) -> (Vec<FrameStats>, f64) {
     let cube = fill(DX, [0.0, 0.0, 0.01], [0.25, 0.25, 0.26], |_| true);
     let mut w = world(vec![body(JELLY, 1000.0, DX, cube, |_| [0.0; 3])], DX);
     w.courant = courant;
@@ -119,10 +123,21 @@ fn swept(gpu: &Gpu, courant: f32) -> (Vec<FrameStats>, f64) {
         velocity: [2.0, 0.0, 4.0, 0.0],
         ..Default::default()
     }];
-    let mut s = solver(gpu, &w);
+    let mut s: Box<dyn Solver> = if sand {
+        let mut pile =
+            body((1e6, 0.3), 1600.0, DX, fill(DX, [0.5, 0.0, 0.01], [0.75, 0.25, 0.13], |_| true), |_| [0.0; 3]);
+        pile.material = Material::Sand { young: 1e6, poisson: 0.3, friction: 0.6 };
+        w.bodies.push(pile);
+        w.domain = ([-1.0; 3], [2.0; 3]);
+        Box::new(Mpm::beside(gpu, &w, Method::default(), &[true, false]).unwrap())
+    } else {
+        Box::new(solver(gpu, &w))
+    };
     let frames = (0..10).map(|_| s.frame(0.005).unwrap()).collect();
     let m = s.measure(0).unwrap();
+    drop(s);
     gpu.free_arena("run");
+    gpu.free_arena("grid");
     (frames, m.kinetic + m.elastic)
 }
 
@@ -130,19 +145,44 @@ fn swept(gpu: &Gpu, courant: f32) -> (Vec<FrameStats>, f64) {
 #[test]
 fn the_work_of_an_obstacle_is_counted() {
     let gpu = gpu();
-    let (frames, energy) = swept(&gpu, 0.75);
-    println!("swept: {energy:.1} J");
-    // Thrown at nearly twice the wall's speed, ½ m (2 v)² = 500 J, less what vibrates and comes back into the wall.
-    assert!(energy > 200.0 && frames.iter().all(|f| f.gained + f.rejected == 0), "{energy} J, {frames:?}");
-    // Beside the same obstacle, a step beyond the limit is seen and taken back.
-    let (frames, _) = swept(&gpu, 1.9);
-    assert!(frames.iter().any(|f| f.rejected > 0), "{frames:?}");
+    for sand in [false, true] {
+        let (frames, energy) = swept(&gpu, 0.75, sand);
+        println!("swept: {energy:.1} J");
+        // Thrown at nearly twice the wall's speed, ½ m (2 v)² = 500 J, less what vibrates and comes back into the wall.
+        assert!(energy > 200.0 && frames.iter().all(|f| f.gained + f.rejected == 0), "{energy} J, {frames:?}");
+        assert!(frames.iter().map(|f| f.work).sum::<f64>() > 200.0 || !sand, "{frames:?}");
+        // Beside the same obstacle, a step beyond the limit is seen and taken back.
+        let (frames, _) = swept(&gpu, 1.9, sand);
+        assert!(frames.iter().any(|f| f.rejected > 0), "{frames:?}");
+    }
     // Control: where nothing is counted the throw itself looks like a gain.
     let copy = tempfile::tempdir().unwrap();
     folder::copy_kernels(copy.path());
     folder::edit(copy.path(), "lagrangian/contact", "if (COUNTS_WORK) {", "if (false) {");
     let blind = device::open(Options { wgsl: Some(copy.path().into()), ..device::options() });
-    let (frames, _) = swept(&blind, 0.75);
-    assert!(frames.iter().any(|f| f.gained > 0), "{frames:?}");
+    for sand in [false, true] {
+        let (frames, _) = swept(&blind, 0.75, sand);
+        assert!(frames.iter().any(|f| f.gained > 0), "{frames:?}");
+        // And no step mends it: the frame is kept, and said to be.
+        assert!(frames.iter().any(|f| f.unmended && f.gained == 4 && f.rejected == 3), "{frames:?}");
+    }
     assert_eq!(gpu.messages(), Vec::<String>::new());
+}
+
+/// A field's push is no gain either, and what gains beside one is seen: a cube pushed at 100 m/s² has
+/// 30 m/s at the end, where its first shaking was half of one.
+#[test]
+fn what_a_field_gives_is_no_gain() {
+    let push = Field { kind: UNIFORM, end: 1e9, a: [100.0, 0.0, 0.0, 0.0], ..Default::default() };
+    let pushed = |courant: f32| {
+        shake("cube", |w| {
+            w.fields = vec![push];
+            w.bodies[0].fields = 1;
+            w.courant = courant;
+        })
+    };
+    let (frames, grown) = pushed(0.75);
+    assert!(grown > 100.0 && frames.iter().all(|f| f.gained + f.rejected == 0), "{grown} times, {frames:?}");
+    let (frames, _) = pushed(1.9);
+    assert!(frames.iter().any(|f| f.rejected > 0), "{frames:?}");
 }

@@ -7,7 +7,7 @@ use physvideo_gpu::{GpuError, Groups, Recording};
 
 use super::{BATCH, Lagrangian};
 use crate::stages::energy::work;
-use crate::stages::solver::{CALLS, Fastest, FrameStats, Measure, RUNS};
+use crate::stages::solver::{CALLS, Fastest, FrameStats, RUNS};
 
 /// Attempts at a frame that are taken back.
 const MOST_REJECTED: u32 = 3;
@@ -127,9 +127,9 @@ impl Lagrangian<'_> {
     /// Advances by one frame of `length` seconds.
     ///
     /// A frame in which a body ran away (‖F‖ over 17) or a node was not finite is taken back as soon as that shows, and
-    /// one in which energy came from nowhere (where only gravity and moving obstacles work) at its end; it is repeated with a Courant number
-    /// 0.78 times as large, which the run then keeps. Three times a frame at most; where that does not help, the run
-    /// returns to its own steps, and what happens is counted.
+    /// one in which energy came from nowhere (see [`Budget`]; thin parts, which bend by more than is measured, are not judged)
+    /// at its end; it is repeated with a Courant number 0.78 times as large, which the run then keeps. Three times a frame at
+    /// most; where that does not help, the run returns to its own steps, and what happens is counted.
     ///
     /// # Errors
     /// The device's refusal.
@@ -144,12 +144,13 @@ impl Lagrangian<'_> {
         self.record_back(&mut back);
         self.gpu.run(&save)?;
         let began = self.courant;
-        let before = if self.guarded && self.closed { Some(self.energy()?) } else { None };
-        if let Some((own, _)) = before {
-            self.work_unit = self.budget.unit(&Measure { kinetic: own, ..Default::default() });
+        let before = if self.judges { Some(self.energy()?) } else { None };
+        if let Some(sums) = &before {
+            self.work_unit = self.budget.unit(sums);
         }
         loop {
-            let watch = self.guarded && stats.rejected < MOST_REJECTED;
+            let again = stats.rejected < MOST_REJECTED;
+            let watch = self.guarded && again;
             let clock = self.attempt(length, watch)?;
             stats.substeps += clock.substeps;
             if clock.particle_groups[0] > 0 {
@@ -158,15 +159,18 @@ impl Lagrangian<'_> {
                 return Ok(stats);
             }
             let stalled = clock.stalled != 0;
-            let mut bad = clock.clamped_velocity + clock.quarantined > 0 || stalled;
+            let bad = clock.clamped_velocity + clock.quarantined > 0 || stalled;
             self.finish()?;
-            if let (Some((own, potential)), true, false) = (before, watch, bad) {
-                let now = self.energy()?;
-                let gained = now.0 + now.1 - own - potential - work(&self.gpu.read(self.clock)?[0]);
-                bad = gained.is_nan() || gained > MOST_GAINED * now.0 + self.noise;
-                stats.gained += u32::from(bad);
-            }
-            if bad && watch {
+            let gained = match &before {
+                Some(before) if !bad => {
+                    let (now, came) = (self.energy()?, work(&self.gpu.read(self.clock)?[0]));
+                    let gain = now.kinetic - self.budget.most(before, &now, came, self.time, length.into());
+                    gain.is_nan() || gain > MOST_GAINED * now.kinetic + self.noise
+                }
+                _ => false,
+            };
+            stats.gained += u32::from(gained);
+            if (bad && watch) || (gained && again) {
                 self.gpu.run(&back)?;
                 stats.rejected += 1;
                 self.courant *= SMALLER;
@@ -180,6 +184,9 @@ impl Lagrangian<'_> {
             }
             if bad && self.guarded {
                 (self.guarded, self.courant, stats.unmended) = (false, began, true);
+            }
+            if gained {
+                (self.judges, self.courant, stats.unmended) = (false, began, true);
             }
             self.speed = f32::from_bits(clock.speed_bits);
             stats.dt = (clock.dt_min, clock.dt_max);

@@ -92,10 +92,10 @@ pub struct Lagrangian<'gpu> {
     held: Vec<f64>,
     /// Gravity that each body feels [m/s²].
     weights: Vec<[f64; 3]>,
-    /// Nothing but gravity and obstacles does work: there is no field. And all energy shows: particles do not tell that of
-    /// thin parts that bend.
-    closed: bool,
-    /// How finely the work of obstacles is counted goes by what there is of energy, and how fast they are.
+    /// Frames are judged by their energy: all of it shows (particles do not tell that of thin parts that bend), and nobody
+    /// forces steps.
+    judges: bool,
+    /// What fields can bring, and how finely the work of obstacles is counted.
     budget: Budget,
     /// What one step of that count stands for [J].
     work_unit: f32,
@@ -252,7 +252,7 @@ impl<'gpu> Lagrangian<'gpu> {
                 * f64::from(world.dx)
                 * world.gravity.iter().map(|g| f64::from(*g).abs()).sum::<f64>(),
             weights: reference.solids.iter().map(|s| s.gravity.map(f64::from)).collect(),
-            closed: world.fields.is_empty() && reference.thin.cells.is_empty(),
+            judges: world.force_dt.is_none() && reference.thin.cells.is_empty(),
             budget: Budget::new(world),
             work_unit: 1.0,
             particle_ranges,

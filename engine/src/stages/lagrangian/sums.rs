@@ -7,8 +7,8 @@ use super::{Lagrangian, Lump};
 use crate::stages::solver::Measure;
 
 impl Lagrangian<'_> {
-    /// Energy of all bodies: in motion and deformation, and in gravity [J].
-    pub(super) fn energy(&self) -> Result<(f64, f64), GpuError> {
+    /// Energy of all bodies: in motion and deformation (`kinetic`), and in gravity (`potential`).
+    pub(super) fn energy(&self) -> Result<Measure, GpuError> {
         let (mut own, mut potential) = (0.0, 0.0);
         let u = self.gpu.read(self.state.u)?;
         for (index, range) in self.ranges.iter().enumerate() {
@@ -18,7 +18,7 @@ impl Lagrangian<'_> {
                 potential -= m * (0..3).map(|a| self.weights[index][a] * (x[a] + f64::from(u[a]))).sum::<f64>();
             }
         }
-        Ok((own, potential))
+        Ok(Measure { kinetic: own, potential, ..Default::default() })
     }
 
     /// Sums over body `index`: motion from the nodes, in f64; energy (that of its contact included) and height from the

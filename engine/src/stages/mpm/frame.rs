@@ -8,7 +8,7 @@ use physvideo_gpu::{GpuError, Recording};
 use super::Mpm;
 use super::start::Room;
 use crate::stages::cells::Cells;
-use crate::stages::energy::{Budget, work};
+use crate::stages::energy::work;
 use crate::stages::solver::{EVERY, Fastest, FrameStats};
 
 /// Attempts at a frame that are taken back.
@@ -102,8 +102,7 @@ impl Mpm<'_> {
         self.guest.iter().for_each(|g| g.solver.record_back(&mut back));
         let began = self.courant;
         let span = (self.time, f64::from(length));
-        let judges = |b: &Budget| self.guest.is_none() || self.tells_all() && b.stands_still(span.0, span.1);
-        let before = if self.budget.as_ref().is_some_and(judges) { Some(self.sums_over(EVERY)?) } else { None };
+        let before = if self.budget.is_some() && self.tells_all() { Some(self.sums_over(EVERY)?) } else { None };
         if let (Some(sums), Some(budget)) = (&before, &self.budget) {
             self.work_unit = budget.unit(sums);
         }
