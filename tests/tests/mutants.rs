@@ -102,7 +102,7 @@ const GUARD: [(&str, &str, &str, &str); 15] = [
     ("mpm/g2p", "mpm/g2p", "&& volume <= dot(last[0], cross(last[1], last[2]))", ""),
     ("mpm/grid", "lib/work", "select(0u, 1u, was + low < was)", "0u"),
     ("mpm/grid", "lib/work", "was < low", "was > low"),
-    ("mpm/grid", "lib/work", "if (clock.dt == 0.0) { return; }", ""),
+    ("mpm/grid", "lib/work", "if (clock.dt > 0.0) { count_units(joules); }", "count_units(joules);"),
     ("mpm/grid_rows", "mpm/grid_rows", "v3, n3.w, time", "v3, n2.w, time"),
     ("mpm/receive", "lib/node", "dot(after - v,", "dot(after,"),
     ("source/recycle", "source/recycle", "count_work(-moved.w * before)", "count_work(moved.w * before)"),
