@@ -12,7 +12,7 @@ use crate::crossing;
 use crate::domain;
 use crate::elastic::{self, Choice};
 use crate::emission;
-use crate::filling::colored;
+use crate::filling::{colored, shortfall};
 use crate::fluid::Fluid;
 use crate::geometry::{self, GeometryError, Lattice, Particles, PhotoData, Smoothing, SurfaceMap, WorldFromCamera};
 use crate::idle;
@@ -112,6 +112,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
         for (index, object) in simulated {
             let lattice = if matches!(object.material, Some(Material::Sph { .. })) { &liquid } else { &lattice };
             let mut filled = colored(scene, index, inputs, view.as_ref(), lattice, &mut crowd)?;
+            notes.extend(shortfall(object, &filled));
             notes.extend(crossing::clear(scene, object, ground, lattice.spacing, &mut filled));
             let emission = emission::pool(scene, index, object, &mut filled, &mut crowd)?;
             colors.extend_from_slice(&filled.colors);
@@ -171,6 +172,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
             ..Fluid::default()
         },
     };
+    idle::silence(scene, &mut world, ground.is_some());
     refuse_wide(domain, world.cell())?;
     crossing::refuse(scene, &world, &object_of, ground)?;
     let capped = scene.simulation.stiffness_cap.map_or_else(Vec::new, |share| cap::apply(share, &mut world));

@@ -6,6 +6,7 @@ use crate::cap::Expected;
 use crate::crossing::overlapping;
 use crate::scene::{Elastic, Kind, Pressure, Problem};
 use crate::stages::lagrangian;
+use crate::walls::{distance, width};
 use crate::world::{Body, World};
 
 /// The solver of a world.
@@ -43,11 +44,16 @@ pub fn choose(asked: Elastic, budget: Option<f32>, world: &World) -> Result<Choi
         return beside;
     }
     let obstacle = lagrangian::fit(world).err().map(|(i, why)| format!("'{}' {why}", world.bodies[i].name));
-    let obstacle = obstacle.or_else(|| overlap(world, |_| true));
+    let obstacle = obstacle.or_else(|| overlap(world, |_| true)).or_else(|| {
+        let deep = |b: &Body| Some(format!("'{}' {}", b.name, sunk(b, world)?));
+        world.bodies.iter().find_map(deep)
+    });
     let loose = || {
         let mut bodies = world.bodies.iter().filter(|_| asked == Elastic::Auto);
-        let (body, why) = bodies.find_map(|b| Some((b, loose(b, budget, world, SAFE)?)))?;
-        Some(format!("nothing holds '{}', {why}", body.name))
+        bodies.find_map(|b| match loose(b, budget, world, SAFE) {
+            Some(why) => Some(format!("nothing holds '{}', {why}", b.name)),
+            None => pierced(b, world).map(|why| format!("'{}' {why}", b.name)),
+        })
     };
     match (obstacle.or_else(loose), asked) {
         (Some(why), Elastic::TotalLagrangian) => {
@@ -110,6 +116,27 @@ fn loose(body: &Body, budget: Option<f32>, world: &World, safe: f64) -> Option<S
     })
 }
 
+/// Why obstacles could pass into a body: contact is that of its surface, and a soft one lets what is narrower than the body
+/// through, which MPM does not.
+fn pierced(body: &Body, world: &World) -> Option<String> {
+    let across = |a: usize| {
+        let all = body.positions.iter().map(|x| x[a]);
+        all.clone().fold(f32::MIN, f32::max) - all.fold(f32::MAX, f32::min)
+    };
+    let long = (0..3).map(across).fold(0.0, f32::max);
+    let narrow = world.colliders.iter().filter_map(width).find(|w| *w < long)?;
+    Some(format!("is longer ({long:.2} m) than an obstacle is wide ({narrow:.2} m), which could pass into its surface"))
+}
+
+/// Why a body cannot begin where it is: contact finds what comes to a surface from outside. What is held may stand in the
+/// ground.
+fn sunk(body: &Body, world: &World) -> Option<String> {
+    let free = body.positions.iter().enumerate().filter(|(i, _)| body.pinned.get(*i) != Some(&true));
+    let deepest = |x: &[f32; 3]| world.colliders.iter().map(|c| -distance(c, *x)).fold(f32::MIN, f32::max);
+    let most = free.map(|(_, x)| deepest(x)).fold(f32::MIN, f32::max);
+    (most > world.dx).then(|| format!("starts inside an obstacle, up to {most:.3} m deep"))
+}
+
 /// Where some bodies cannot be on grids of their own whatever is asked, and others can: which are, body by body. Absent
 /// where all move alike.
 fn mixed(asked: Elastic, budget: Option<f32>, world: &World) -> Option<Result<Choice, Problem>> {
@@ -123,17 +150,19 @@ fn mixed(asked: Elastic, budget: Option<f32>, world: &World) -> Option<Result<Ch
     for (i, (body, fit)) in world.bodies.iter().zip(&fits).enumerate() {
         let held = body.pinned.contains(&true);
         let better_not = || match asked {
-            Elastic::Auto => {
-                loose(body, budget, world, SAFE_BESIDE).map(|why| format!("nothing holds it, {why}")).or_else(|| {
+            Elastic::Auto => loose(body, budget, world, SAFE_BESIDE)
+                .map(|why| format!("nothing holds it, {why}"))
+                .or_else(|| {
                     (thickness(body) < THIN * world.dx)
                         .then(|| "so thin that matter of the grid could pass through it".into())
                 })
-            }
+                .or_else(|| pierced(body, world)),
             _ => None,
         };
         let reason = match fit {
             Err(unfit) => Some(unfit.to_string()),
-            Ok(()) => better_not().or_else(|| overlap(world, |j| j == i)).map(|what| format!("is elastic, but {what}")),
+            Ok(()) => (better_not().or_else(|| overlap(world, |j| j == i)).or_else(|| sunk(body, world)))
+                .map(|what| format!("is elastic, but {what}")),
         };
         if let (Some(reason), Elastic::TotalLagrangian, true) = (&reason, asked, elastic(body)) {
             let message = format!("'{}' cannot be simulated on a grid of its own: it {reason}", body.name);

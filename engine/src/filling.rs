@@ -34,6 +34,20 @@ pub(crate) fn colored(
     Ok(filled)
 }
 
+/// Says how much of a box of liquid its whole layers leave free, where it is more than a twentieth.
+pub(crate) fn shortfall(object: &Object, filled: &Particles) -> Option<String> {
+    let (Source::Box { min, max }, Some(Material::Sph { .. })) = (&object.source, object.material) else { return None };
+    let whole: f64 = (0..3).map(|a| f64::from(max[a]) - f64::from(min[a])).product();
+    let free = 1.0 - filled.positions.len() as f64 * f64::from(filled.volume) / whole;
+    (free > 0.05).then(|| {
+        format!(
+            "whole layers of particles leave {:.0} % of the box of '{}' free: a smaller `simulation.particle_size` fills more",
+            100.0 * free,
+            object.name
+        )
+    })
+}
+
 fn fill(
     index: usize,
     object: &Object,

@@ -1,5 +1,7 @@
 //! Keys that a scene writes and that do nothing in it: they are named, not refused, for a scene is often another one's copy.
 
+use physvideo_gpu::kernels;
+
 use crate::elastic::Choice;
 use crate::scene::{Collider, Field, Material, Object, Scene, Simulation, default_friction};
 use crate::world::World;
@@ -35,6 +37,21 @@ pub(crate) fn notes(scene: &Scene, world: &World, choice: &Choice) -> Vec<String
     settings.chain(objects).chain(colliders).chain(fields).collect()
 }
 
+/// Takes from a world what its scene's late or aimless fields and late motions of obstacles would do to bounds of speeds and
+/// energies; `ground`: the first obstacle is the ground.
+pub(crate) fn silence(scene: &Scene, world: &mut World, ground: bool) {
+    for (i, f) in scene.fields.iter().enumerate() {
+        if of_field(i, f, scene).is_some() {
+            world.fields[i] = kernels::Field::default();
+        }
+    }
+    for (c, here) in scene.colliders.iter().zip(&mut world.colliders[usize::from(ground)..]) {
+        if c.start >= over(scene) {
+            (here.velocity, here.spin) = ([0.0; 4], [0.0; 4]);
+        }
+    }
+}
+
 /// When the last frame is [s]: the first is the start.
 fn over(scene: &Scene) -> f32 {
     scene.output.frames.saturating_sub(1) as f32 / scene.output.fps
@@ -61,6 +78,7 @@ fn of_field(index: usize, f: &Field, scene: &Scene) -> Option<String> {
     let still = |o: &&Object| o.material.is_none();
     let named = |o: &&Object| f.objects.as_ref().is_none_or(|names| names.contains(&o.name));
     let why = match scene.objects.iter().filter(named).all(|o| still(&o)) {
+        true if f.objects.as_ref().is_some_and(Vec::is_empty) => "it names no object".into(),
         true => "what it names has no material and stands still".into(),
         false if f.start >= over(scene) => late(f.start, scene),
         false => return None,
@@ -69,7 +87,7 @@ fn of_field(index: usize, f: &Field, scene: &Scene) -> Option<String> {
 }
 
 fn late(start: f32, scene: &Scene) -> String {
-    format!("it starts at {start} s, and the last frame is at {:.2} s", over(scene))
+    format!("it starts at {start} s, and the last frame is at {:.3} s", over(scene))
 }
 
 fn of_object(object: &Object, rubs: bool) -> Vec<String> {

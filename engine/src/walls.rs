@@ -9,6 +9,27 @@ pub fn moves(c: &Collider) -> bool {
     (c.velocity, c.spin) != ([0.0; 4], [0.0; 4])
 }
 
+/// How wide an obstacle is where it is least [m]; absent for what has no end behind its surface.
+pub(crate) fn width(c: &Collider) -> Option<f32> {
+    match c.shape {
+        BALL => Some(2.0 * c.size[0]),
+        BOX => Some(2.0 * c.size[0].min(c.size[1]).min(c.size[2])),
+        _ => None,
+    }
+}
+
+/// Distance of a place from an obstacle's surface at its start, below 0 inside [m].
+pub(crate) fn distance(c: &Collider, x: [f32; 3]) -> f32 {
+    let from: [f32; 3] = std::array::from_fn(|a| x[a] - c.center[a]);
+    let [p, q, r]: [f32; 3] = std::array::from_fn(|a| from[a].abs() - c.size[a]);
+    match c.shape {
+        PLANE => from.iter().zip(c.size).map(|(d, n)| d * n).sum(),
+        BALL => from.iter().map(|d| d * d).sum::<f32>().sqrt() - c.size[0],
+        BOX => [p, q, r].map(|d| d.max(0.0).powi(2)).iter().sum::<f32>().sqrt() + p.max(q).max(r).min(0.0),
+        _ => -p.max(q).max(r),
+    }
+}
+
 /// The `colliders` without those that lie behind the walls of a room, each still, to within `tolerance` [m]. A surface of SPH
 /// stands for fluid behind it (see `lib/wall` of the kernels): a ground in the plane of a room's floor would stand for it a
 /// second time, and push off what lies on it.

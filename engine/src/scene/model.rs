@@ -224,8 +224,8 @@ impl Default for Simulation {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Elastic {
-    /// In total-Lagrangian form where that is better: held and damped bodies; else by MPM. Beside sand, liquids and
-    /// emitters each body by itself.
+    /// In total-Lagrangian form where that is better, else by MPM: what could meet something at more than twice the speed of
+    /// its waves, or balls and boxes of obstacles narrower than it is long. Beside sand, liquids and emitters each body by itself.
     #[default]
     Auto,
     /// On a grid of the body's own at rest: bends and vibrates without loss, neither tears nor flows. What is not elastic,

@@ -96,7 +96,7 @@ fn keys_that_do_nothing_are_named() {
             "`friction` of 'jelly' does nothing: it acts where bodies are on grids of their own, and here none is",
             "`damping` of 'jelly' is left out",
             "field[0] does nothing: what it names has no material and stands still",
-            "field[1] does nothing: it starts at 9 s, and the last frame is at 0.08 s",
+            "field[1] does nothing: it starts at 9 s, and the last frame is at 0.083 s",
             "`friction` of collider[0] does nothing: it is `sticky`",
             "`start` and `end` of collider[0] do nothing: they say when it moves, and it has no velocity",
         ] {

@@ -192,6 +192,8 @@ fn once(gpu: &Gpu, case: &Case, material: &'static str, method: &'static str) ->
         _ if error.is_some() => Verdict::Refused,
         [0, 0, 0, 0, 0, 0] => Verdict::Clean,
         [.., 0, _] => Verdict::Counted,
+        // The last attempt gained too, and was kept.
+        [.., rejected, gained] if gained > rejected => Verdict::Counted,
         _ => Verdict::TakenBack,
     };
     let empty = begun[3] == 0.0 && world.bodies.iter().all(|b| b.emission.is_none());

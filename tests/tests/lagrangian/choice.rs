@@ -3,6 +3,9 @@
 use physvideo::elastic::{choose, undamped};
 use physvideo::scene::Elastic;
 use physvideo::stages::lagrangian::{Unfit, fit};
+use physvideo::world::World;
+use physvideo_gpu::kernels::Collider;
+use physvideo_gpu::kernels::family::shape::BALL;
 
 use super::setup::{body, fill, world};
 
@@ -54,6 +57,29 @@ fn bodies_on_a_lattice_qualify() {
     assert!(both.total_lagrangian && both.why.starts_with("2 elastic bodies"), "{both:?}");
     let refused = choose(Elastic::TotalLagrangian, None, &off).unwrap_err();
     assert!(format!("{refused:?}").contains("simulation.elastic"), "{refused:?}");
+}
+
+/// An obstacle narrower than a body is long could pass into its surface, and one that a body begins in is not met from outside.
+#[test]
+fn obstacles_decide_too() {
+    let cube = || body((1e5, 0.3), 1000.0, DX, fill(DX, [0.1; 3], [0.6; 3], |_| true), |_| [0.0; 3]);
+    let ball = |radius: f32, z: f32| Collider {
+        shape: BALL,
+        end: 1e9,
+        center: [0.35, 0.35, z, 0.0],
+        size: [radius, 0.0, 0.0, 0.0],
+        ..Default::default()
+    };
+    let beside = |c: Collider| World { colliders: vec![c], ..world(vec![cube()], DX) };
+    let chosen = |w: &World| choose(Elastic::Auto, None, w).unwrap();
+    assert!(chosen(&beside(ball(0.3, -0.3))).total_lagrangian, "it is wider than the cube");
+    let small = chosen(&beside(ball(0.1, -0.1)));
+    assert!(!small.total_lagrangian && small.why.contains("0.20 m"), "{small:?}");
+    assert!(choose(Elastic::TotalLagrangian, None, &beside(ball(0.1, -0.1))).unwrap().total_lagrangian);
+    let inside = beside(ball(0.3, 0.0));
+    assert!(chosen(&inside).why.contains("starts inside an obstacle"), "{:?}", chosen(&inside));
+    let refused = choose(Elastic::TotalLagrangian, None, &inside).unwrap_err();
+    assert!(format!("{refused:?}").contains("starts inside an obstacle"), "{refused:?}");
 }
 
 /// One that nothing holds is on a grid of its own if it meets nothing at more than twice its waves' speed.

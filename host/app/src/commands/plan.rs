@@ -48,7 +48,7 @@ pub(super) fn plan(
     for note in chosen.iter().chain(&assembled.notes).chain(&steps) {
         print(&format!("{:<12} {note}", "note"));
     }
-    print(&numbers(&loaded, &plan, &estimate));
+    print(&numbers(&loaded, &plan, &estimate, assembled.elastic.name().is_some()));
     let mut latents = 0;
     if plan.runs("flow") {
         let frames = driven(&loaded, assembled.size)?;
@@ -99,7 +99,8 @@ fn stages(plan: &Plan, elastic: &Choice) -> String {
     plan.stages.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
-fn numbers(loaded: &Loaded, plan: &Plan, estimate: &Estimate) -> String {
+/// `own`: some bodies are on grids of their own, whose contact stiffens as it deepens.
+fn numbers(loaded: &Loaded, plan: &Plan, estimate: &Estimate, own: bool) -> String {
     let Estimate { particles, points, substeps, fastest, most_substeps, .. } = estimate;
     let frames = loaded.scene.output.frames;
     let mut lines = Vec::new();
@@ -113,6 +114,7 @@ fn numbers(loaded: &Loaded, plan: &Plan, estimate: &Estimate) -> String {
             }
             false => String::new(),
         };
+        let more = more + if own { "; several times that while elastic bodies press hard on something" } else { "" };
         lines.push(format!(
             "{:<12} {particles} in all, about {substeps} substeps a frame, {all} in all{more}",
             "particles"

@@ -34,8 +34,8 @@ impl Clip<'_> {
             if lost >= particles.count {
                 return Err(AppError::Numeric(format!(
                     "object '{}' is lost in frame {frame}: all of its {lost} particles left the grid's domain or are no \
-                     longer finite. Lower simulation.courant (or remove simulation.force_dt), enlarge \
-                     simulation.domain, give it something to land on, or move it out of obstacles it starts in",
+                     longer finite. Enlarge simulation.domain, give it something to land on, move it out of obstacles \
+                     it starts in, or lower simulation.courant (or remove simulation.force_dt)",
                     particles.object
                 )));
             }
