@@ -128,7 +128,7 @@ fn friction_holds_up_to_its_coefficient() {
     let (mu, dx) = (0.3_f64, 1.0 / 16.0);
     let held = slide(0.27, mu as f32);
     println!("friction: {held:.5} m below the limit");
-    // Undamped it rocks on its springs, so that a tenth less than the limit lets some points slip now and then.
+    // A tenth less than the limit lets some points slip now and then: likely it rocks, undamped, on its springs (not isolated).
     assert!(held.abs() < 0.04 * dx, "{held} m");
     let slips = slide(0.40, mu as f32);
     let a = G * (0.40 - mu) / 0.40_f64.hypot(1.0);

@@ -226,7 +226,7 @@ fn friction_between_bodies_holds_up_to_its_coefficient() {
     let mu = 0.3;
     let held = slide(0.27, [0.3, 0.9]);
     println!("incline: {held:.6} m below the limit");
-    // It rocks on its springs, so that a tenth less than the limit lets some points slip now and then.
+    // A tenth less than the limit lets some points slip now and then: likely it rocks on its springs (not isolated).
     assert!(held.abs() < 0.04 * DX, "{held} m");
     for (slope, friction) in [(0.40, [0.9, 0.3]), (0.20, [0.0, 0.3])] {
         let mu = mu * f64::from(u8::from(friction[0] > 0.0));
@@ -235,7 +235,7 @@ fn friction_between_bodies_holds_up_to_its_coefficient() {
         // The ramp has half the impulse of the full weight.
         let exact = 0.5 * a * 0.4 * 0.4 + 0.5 * a * 0.2 * 0.4;
         println!("incline: {slips:.4} of {exact:.4} m at slope {slope}, friction {friction:?}");
-        // Where it rocks friction has to take hold anew: 2 % of it, which is four times as much of what it leaves.
+        // 9 % too far. Likely friction has to take hold anew where it rocks: 2 % of it, four times as much of what it leaves.
         assert!((slips / exact - 1.0).abs() < 0.12, "{slips} of {exact} m");
     }
 }

@@ -63,9 +63,9 @@ impl Mpm<'_> {
 
     /// Advances by one frame of `length` seconds.
     ///
-    /// A frame in which a node ran away, a particle was no longer finite or time stood still is taken back as soon as that shows, one
-    /// that ends with more energy than can have come in at its end (see [`Budget`]), and both are repeated with
-    /// a Courant number 0.78 times as large, which the run then keeps: no step is safe for a particle nearly alone
+    /// A frame in which a node ran away, a particle was no longer finite or time stood still is taken back as soon as that
+    /// shows, one that ends with more energy than can have come in at its end (see [`super::super::energy::Budget`]), and both
+    /// are repeated with a Courant number 0.78 times as large, which the run then keeps: no step is safe for a particle nearly alone
     /// (Bai & Schroeder 2022), and how far a body is from that changes slowly. Three times a frame at most; where that
     /// does not help, the run returns to its own steps, and what happens is counted. One in which motion came to what sleeps
     /// is repeated with more awake.
