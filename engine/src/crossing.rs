@@ -33,7 +33,7 @@ pub(crate) fn overlapping(bodies: &[Body], reach: f32, counts: impl Fn(usize) ->
 const INSIDE: f32 = 0.25;
 
 /// Distance from an obstacle at which particles of a liquid may start, over the spacing: at half of it a particle and its image
-/// are as far apart as any two. One at a tenth is thrown off at 8 m/s, at 0.45 at 1 m/s.
+/// are as far apart as any two. WCSPH threw one at a tenth off at 8 m/s; at 0.45 its compression is worth 1 m/s.
 const ROOM: f32 = 0.45;
 
 /// Leaves out the particles of a liquid of SPH that would start too near to an obstacle, in a shape that follows none; says how
