@@ -137,7 +137,13 @@ const POINTS: [(&str, &str, &str, &str); 23] = [
 ];
 
 /// The same for elastic bodies on grids of their own.
-const LAGRANGIAN: [(&str, &str, &str, &str); 52] = [
+const LAGRANGIAN: [(&str, &str, &str, &str); 58] = [
+    ("lagrangian/contact", "lagrangian/contact", "x + off, time", "x, time"),
+    ("lagrangian/core", "lagrangian/core", "texel(shares_was, to).xyz + sum", "sum"),
+    ("lagrangian/core", "lagrangian/core", "area * solid.stiffness * stored", "solid.stiffness * stored"),
+    ("lagrangian/core", "lagrangian/core", "0.5 * (last + dt) * power", "dt * power"),
+    ("lagrangian/core", "lagrangian/core", "nearest < wide", "nearest < 0.0"),
+    ("lagrangian/core", "lagrangian/core", "sqrt(1.5 + 2.5 * firm)", "sqrt(1.0 + 2.5 * firm)"),
     ("lagrangian/force", "lib/stress", "z + sqrt(1.0 + z * z)", "sqrt(1.0 + z * z)"),
     ("lagrangian/force", "lib/stress", "s[1].y += swells;", ""),
     ("lagrangian/thin", "lagrangian/thin", "derivatives(motion, wd)", "derivatives(motion, wc)"),

@@ -225,7 +225,8 @@ impl Default for Simulation {
 #[serde(rename_all = "snake_case")]
 pub enum Elastic {
     /// In total-Lagrangian form where that is better, else by MPM: what could meet something at more than twice the speed of
-    /// its waves, or balls and boxes of obstacles narrower than it is long. Beside sand, liquids and emitters each body by itself.
+    /// its waves, or is so soft or thin that an obstacle narrower than it could come through. Beside sand, liquids and emitters
+    /// each body by itself.
     #[default]
     Auto,
     /// On a grid of the body's own at rest: bends and vibrates without loss, neither tears nor flows. What is not elastic,

@@ -195,7 +195,7 @@ pub trait Solver {
 
 /// Calls that `Clock.runs` counts (`RUNS` in WGSL): stretches of particles, and from [`CALLS`] on those of bodies on grids
 /// of their own.
-pub(super) const RUNS: usize = 14;
+pub(super) const RUNS: usize = 15;
 /// The first of the latter.
 pub(super) const CALLS: usize = 8;
 

@@ -16,6 +16,9 @@ override FIRM: f32 = 0.5;
 // Up to which it begins softly, see `give`.
 override SOFT: f32 = 0.06;
 
+// Some obstacle is neither a plane nor a room: their surface is not flat between a point and its faces.
+override CURVED: bool = true;
+
 struct Vectors { d: array<vec4f> }
 @group(0) @binding(0) var cells: texture_1d<u32>;
 @group(0) @binding(1) var solids: texture_1d<u32>;
@@ -31,6 +34,12 @@ struct Vectors { d: array<vec4f> }
 // energy of its contact; force at its face along x, y, z, and by how many cells that is above the point [N, J]
 @group(0) @binding(9) var<storage, read_write> clock: Clock;
 var<immediate> reference: Reference;
+
+// An obstacle as a face sees it, `off` from its point, which sees it as o.
+fn from_face(o: Facing, c: Collider, p: Pose, x: vec3f, off: vec3f, time: f32, side: u32) -> Facing {
+    if (CURVED) { return facing(c, p, x + off, time, side); }
+    return Facing(o.n, o.gap + dot(off, o.n), o.v);
+}
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3u) {
@@ -82,8 +91,10 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
             let b = face_against(tag, 1u, cof[1], o.n, face);
             let d = face_against(tag, 2u, cof[2], o.n, face);
             let way = vec3f(a.way, b.way, d.way);
-            let bend = vec3f(dot(moved.xx, o.n), dot(moved.yy, o.n), dot(moved.zz, o.n)) / 32.0;
-            let deep = -vec3f(o.gap) - quarter * way * vec3f(dot(f[0], o.n), dot(f[1], o.n), dot(f[2], o.n)) - bend;
+            let at_x = from_face(o, c, p, x, quarter * a.way * f[0] + moved.xx / 32.0, time, side);
+            let at_y = from_face(o, c, p, x, quarter * b.way * f[1] + moved.yy / 32.0, time, side);
+            let at_z = from_face(o, c, p, x, quarter * d.way * f[2] + moved.zz / 32.0, time, side);
+            let deep = -vec3f(at_x.gap, at_y.gap, at_z.gap);
             let areas = vec3f(a.area, b.area, d.area);
             // Faces with a neighbour are inside the body, and press nothing.
             let depth = select(vec3f(0.0), max(deep, vec3f(0.0)), areas > vec3f(0.0));
@@ -108,8 +119,8 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
                 continue;
             }
             if (normal <= 0.0) { continue; }
-            faces += mat3x3f(press.x * o.n, press.y * o.n, press.z * o.n);
-            power += normal * dot(o.n, o.v);
+            faces += mat3x3f(press.x * at_x.n, press.y * at_y.n, press.z * at_z.n);
+            power += dot(press, vec3f(dot(at_x.n, at_x.v), dot(at_y.n, at_y.v), dot(at_z.n, at_z.v)));
             ways = select(ways, 0.25 * way, press > vec3f(0.0));
             energy += solid.stiffness * dot(areas, stored(depth, SOFT * reference.dx, FIRM * reference.dx));
             deepest = max(deepest, max(depth.x, max(depth.y, depth.z)) + rate * dt);

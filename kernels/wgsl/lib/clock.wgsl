@@ -1,7 +1,7 @@
 // Time on the device. One invocation of `cells/range` or `mpm/clock` writes it (lib/tick), everything else reads it.
 
 // Eight stretches of particles, six calls.
-const RUNS: u32 = 14u;
+const RUNS: u32 = 15u;
 
 struct Clock {
     frame_start: f32,     // [s] since the start of the run

@@ -28,6 +28,7 @@ pub static CASES: &[&Case] = &[
     &cells::range::CASE,
     &lagrangian::advance::CASE,
     &lagrangian::contact::CASE,
+    &lagrangian::core::CASE,
     &lagrangian::force::CASE,
     &lagrangian::meet::CASE,
     &lagrangian::press::CASE,

@@ -73,9 +73,27 @@ fn obstacles_decide_too() {
     let beside = |c: Collider| World { colliders: vec![c], ..world(vec![cube()], DX) };
     let chosen = |w: &World| choose(Elastic::Auto, None, w).unwrap();
     assert!(chosen(&beside(ball(0.3, -0.3))).total_lagrangian, "it is wider than the cube");
-    let small = chosen(&beside(ball(0.1, -0.1)));
-    assert!(!small.total_lagrangian && small.why.contains("0.20 m"), "{small:?}");
-    assert!(choose(Elastic::TotalLagrangian, None, &beside(ball(0.1, -0.1))).unwrap().total_lagrangian);
+    let small = beside(ball(0.1, -0.1));
+    assert!(chosen(&small).total_lagrangian, "what is inside is met as well");
+    // A soft one would let a ball of three cells come through: 1000 kg/m³ · (g · 0.47 m) is 0.4 of its μ of 11.5 kPa.
+    let soft = |young: f64, g: f32| {
+        let mut w = small.clone();
+        w.gravity = [0.0, 0.0, -g];
+        w.bodies[0].material = physvideo::scene::Material::Elastic { young: young as f32, poisson: 0.3 };
+        w.domain.0[2] = 0.1;
+        w
+    };
+    let pierced = chosen(&soft(3e4, 9.81));
+    assert!(!pierced.total_lagrangian && pierced.why.contains("is soft") && pierced.why.contains("0.20 m, 3.2"), "{pierced:?}");
+    assert!(chosen(&soft(1e5, 9.81)).total_lagrangian && chosen(&soft(3e4, 1.0)).total_lagrangian);
+    assert!(choose(Elastic::TotalLagrangian, None, &soft(3e4, 9.81)).unwrap().total_lagrangian);
+    // What is thin has no inside.
+    let mut sheet = small.clone();
+    sheet.bodies[0].positions.retain(|x| x[2] < 0.1 + DX as f32);
+    let left = sheet.bodies[0].positions.len();
+    sheet.bodies[0].velocities.truncate(left);
+    let pierced = chosen(&sheet);
+    assert!(!pierced.total_lagrangian && pierced.why.contains("is thin"), "{pierced:?}");
     let inside = beside(ball(0.3, 0.0));
     assert!(chosen(&inside).why.contains("starts inside an obstacle"), "{:?}", chosen(&inside));
     let refused = choose(Elastic::TotalLagrangian, None, &inside).unwrap_err();

@@ -10,6 +10,7 @@ mod guard;
 mod mixed;
 mod motion;
 mod pair;
+mod pierce;
 mod rest;
 mod setup;
 mod shock;

@@ -30,6 +30,8 @@ pub(super) enum Items {
     Thin,
     /// Of surfaces that may meet.
     Facets,
+    /// All cells, where what is inside meets obstacles.
+    Cells,
 }
 
 impl Lagrangian<'_> {
@@ -71,7 +73,7 @@ impl Lagrangian<'_> {
 
     /// Workgroups and items of each call, as the clock counts them.
     pub(in crate::stages) fn calls(&self) -> [[u32; 4]; RUNS - CALLS] {
-        [Items::Nodes, Items::Touched, Items::Inside, Items::Skins, Items::Thin, Items::Facets]
+        [Items::Nodes, Items::Touched, Items::Inside, Items::Skins, Items::Thin, Items::Facets, Items::Cells]
             .map(|items| [self.items(items).div_ceil(64), 1, 1, self.items(items)])
     }
 
@@ -92,6 +94,7 @@ impl Lagrangian<'_> {
             Items::Skins => self.sizes.skins,
             Items::Thin => self.sizes.thin,
             Items::Facets => self.facets(),
+            Items::Cells => self.sizes.cells,
         }
     }
 

@@ -7,6 +7,7 @@
 //! Records a batch of substeps once and submits it until the device says that the frame is done.
 
 mod clamp;
+mod core;
 mod facets;
 mod fill;
 mod frame;
@@ -15,6 +16,7 @@ mod matter;
 mod pairs;
 mod play;
 mod reference;
+mod size;
 mod start;
 mod sums;
 mod thin;
@@ -25,6 +27,7 @@ use std::sync::atomic::AtomicBool;
 use physvideo_gpu::kernels::{self, Clock, Colliders, Deformation, Forces, Live, Particle, lagrangian, mpm};
 use physvideo_gpu::{Buf, Constants, Gpu, GpuError, Groups, Prepared, Recording};
 
+use self::core::Cores;
 use self::facets::Facets;
 use self::frame::Items;
 use self::matter::Matter;
@@ -35,6 +38,7 @@ use super::energy::{Budget, moves};
 use super::solver::CALLS;
 use crate::world::World;
 
+pub(crate) use self::core::length;
 pub use self::lattice::Unfit;
 pub(super) use self::matter::{Host, Shared, unit};
 pub use self::reference::{fit, fit_body};
@@ -78,6 +82,8 @@ pub struct Lagrangian<'gpu> {
     /// Forces of contact on each point at the surface and its faces [N], and their energy [J].
     pushes: Buf<[f32; 4]>,
     sums: Buf<kernels::Sums>,
+    /// Contact of what is inside with obstacles that could get there.
+    cores: Option<Cores>,
     /// Contact of the bodies with each other, where there are several.
     pairs: Option<Pairs>,
     /// Contact with the matter of a grid, where another solver has one.
@@ -174,6 +180,7 @@ impl<'gpu> Lagrangian<'gpu> {
             .with("MIRRORED", f64::from(u8::from(reference.mirrored())))
             .with("DAMPED", f64::from(u8::from(damped)))
             .with("SHOCKED", f64::from(u8::from(shocked(world, own))))
+            .with("CURVED", f64::from(u8::from(world.colliders.iter().any(core::curved))))
             .with("COUNTS_WORK", f64::from(u8::from(world.colliders.iter().any(moves))))
             .with("MEETS", f64::from(u8::from(!world.colliders.is_empty() || world.bodies.len() > 1)));
         let obstacles = !world.colliders.is_empty();
@@ -240,6 +247,7 @@ impl<'gpu> Lagrangian<'gpu> {
             shares: gpu.alloc("run", "lagrangian/shares", 27 * u64::from(sizes.cells))?,
             pushes: gpu.alloc("run", "lagrangian/pushes", 4 * skins)?,
             sums: gpu.alloc("run", "lagrangian/sums", u64::from(sizes.points).div_ceil(64))?,
+            cores: if core::pierced(world, own) { Some(Cores::new(gpu, &reference.cells)?) } else { None },
             sizes,
             constants,
             batch: None,
@@ -278,27 +286,6 @@ impl<'gpu> Lagrangian<'gpu> {
             solver.sample()?
         }
         Ok(solver)
-    }
-
-    /// Bytes that [`Lagrangian::new`] will allocate, before any is made; 0 where it will refuse.
-    pub fn bytes(world: &World) -> u64 {
-        Self::bytes_of(world, &vec![true; world.bodies.len()])
-    }
-
-    /// The same of the bodies that are its `own`, beside another solver that has the particles if they are not all.
-    pub fn bytes_of(world: &World, own: &[bool]) -> u64 {
-        let Ok(r) = Reference::new(world, own) else { return 0 };
-        let (nodes, cells, skins) = (r.nodes.len() as u64, r.cells.len() as u64, r.skins.len() as u64);
-        let (hosted, several) = (own.contains(&false), own.iter().filter(|own| **own).count() > 1);
-        let state = if hosted { 0 } else { size_of::<Particle>() + size_of::<Deformation>() };
-        let each = (state + size_of::<kernels::Rest>() + 1) as u64;
-        let node = (size_of::<kernels::ElasticNode>() + 4 * 16) as u64;
-        let cell = (size_of::<kernels::ElasticCell>() + 27 * 16) as u64;
-        let skin = (size_of::<kernels::Skin>() + (2 + 4) * 16) as u64;
-        let facets = if several || hosted { Facets::new(world, &r, own).map_or(0, |f| f.list.len()) } else { 0 };
-        let surfaces = if several { Pairs::bytes(facets) } else { 0 } + if hosted { Matter::bytes(facets) } else { 0 };
-        let thin = 16 * (r.thin.cells.len() + r.thin.places.len()) as u64;
-        each * r.rests.len() as u64 + node * nodes + cell * cells + skin * skins + thin + surfaces
     }
 
     /// Bodies' ranges in the particle buffer.
@@ -391,6 +378,9 @@ impl<'gpu> Lagrangian<'gpu> {
             let thin =
                 lagrangian::Thin { cells, solids, thins, places, u, v, shares_was: shares, shares, clock, immediates };
             rec.call(&thin, k, groups(Items::Thin));
+        }
+        if let Some(cores) = &self.cores {
+            rec.call(&cores.call(self), k, groups(Items::Cells));
         }
     }
 

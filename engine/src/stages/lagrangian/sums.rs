@@ -46,6 +46,9 @@ impl Lagrangian<'_> {
         let skins = self.skin_ranges.get(index).cloned().unwrap_or_default();
         out.elastic += skins.map(|i| f64::from(pushes[4 * i][3])).sum::<f64>();
         out.elastic += self.ties(index)?;
+        if let Some(cores) = &self.cores {
+            out.elastic += cores.energy(self.gpu, index)?;
+        }
         let range = self.ranges.get(index).cloned().unwrap_or_default();
         out.mass = self.held.get(index).copied().unwrap_or_default();
         for i in range {

@@ -62,19 +62,20 @@ fn inputs(ask: Ask) -> Call {
         .same("grips_was", "grips")
         .with("pushes", &vec![[f32::NAN; 4]; 4 * b.skins.len()])
         .constant("COUNTS_WORK", (ask.seed % 2) as f64)
+        .constant("CURVED", f64::from(u8::from(ask.seed % 4 < 2)))
         .with("clock", &[begun(clock)])
 }
 
 /// Where an obstacle is, and how it moves.
-struct Motion {
-    center: Vec3,
-    turn: Rotation3<f64>,
-    drift: Vec3,
-    spin: Vec3,
+pub(super) struct Motion {
+    pub center: Vec3,
+    pub turn: Rotation3<f64>,
+    pub drift: Vec3,
+    pub spin: Vec3,
 }
 
 impl Motion {
-    fn new(c: &Collider) -> Self {
+    pub fn new(c: &Collider) -> Self {
         let (start, end) = (f64::from(c.start), f64::from(c.end));
         let moved = TIME.clamp(start, end) - start;
         let (drift, spin) = (vec3(&c.velocity), vec3(&c.spin));
@@ -82,6 +83,19 @@ impl Motion {
             .map_or_else(Rotation3::identity, |axis| Rotation3::from_axis_angle(&axis, spin.norm() * moved));
         let running = if TIME >= start && TIME < end { 1.0 } else { 0.0 };
         Self { center: vec3(&c.center) + drift * moved, turn, drift: running * drift, spin: running * spin }
+    }
+}
+
+impl Motion {
+    /// Velocity of the obstacle at x.
+    pub fn velocity(&self, x: Vec3) -> Vec3 {
+        self.drift + self.spin.cross(&(x - self.center))
+    }
+
+    /// Its surfaces as x sees them: distance, outward normal, by how much the choice of it was unique.
+    pub fn faces(&self, c: &Collider, x: Vec3) -> Vec<(f64, Vec3, f64)> {
+        let turned = |(gap, n, tie)| (gap, self.turn * n, tie);
+        obstacle::shape(c.shape, vec3(&c.size), self.turn.inverse() * (x - self.center)).into_iter().map(turned).collect()
     }
 }
 
@@ -108,6 +122,7 @@ fn law(
     cell: &ElasticCell,
     fields: [&[[f32; 4]]; 2],
     held: &[f32; 4],
+    curved: bool,
 ) -> Law {
     let mut law = Law::default();
     let place = quarter(skin.point & 7);
@@ -121,10 +136,9 @@ fn law(
     let mut rub = (Vec3::zeros(), [0.0; 3], 0.0, Vec3::zeros());
     for (i, c) in all.d[..all.count as usize].iter().enumerate() {
         let motion = Motion::new(c);
-        for (gap, normal, tie) in obstacle::shape(c.shape, vec3(&c.size), motion.turn.inverse() * (x - motion.center)) {
+        for (wall, (gap, n, tie)) in motion.faces(c, x).into_iter().enumerate() {
             law.close |= tie < 1e-5;
-            let n = motion.turn * normal;
-            let velocity = motion.drift + motion.spin.cross(&(x - motion.center));
+            let velocity = motion.velocity(x);
             let approach = -(speed - velocity).dot(&n);
             let reach = 0.25 * DX + 2.0 * approach.abs() * 1e-3;
             law.close |= (gap - reach).abs() < 1e-5 || approach.abs() < 1e-5;
@@ -132,6 +146,7 @@ fn law(
                 law.approach = law.approach.max(approach.abs() + 2.0 * hurry(approach, WAVE));
             }
             let mut press = [0.0; 3];
+            let (mut normals, mut speeds) = ([n; 3], [velocity; 3]);
             let mut deepest = 0.0f64;
             let mut area = 0.0;
             for axis in 0..3 {
@@ -151,9 +166,16 @@ fn law(
                 there[axis] += 0.25 * way;
                 let mut rest = vec3(&skin.x);
                 rest[axis] += 0.25 * way * DX;
-                // The obstacle is flat between a point and its face.
                 let face_at = rest + at_point(cell, fields[0], there).0;
-                let depth = -(gap + (face_at - x).dot(&n));
+                let depth = if curved {
+                    let (gap, n, tie) = motion.faces(c, face_at)[wall];
+                    law.close |= tie < 1e-5;
+                    (normals[axis], speeds[axis]) = (n, motion.velocity(face_at));
+                    -gap
+                } else {
+                    // It is flat between a point and its face.
+                    -(gap + (face_at - x).dot(&n))
+                };
                 law.close |= depth.abs() < 1e-6;
                 let depth = depth.max(0.0);
                 let (pressed, stored) = give(depth, 0.06 * DX, 0.5 * DX);
@@ -183,8 +205,8 @@ fn law(
                 }
                 continue;
             }
-            (0..3).for_each(|a| law.faces[a] += press[a] * n);
-            law.power.0 += total * n.dot(&velocity);
+            (0..3).for_each(|a| law.faces[a] += press[a] * normals[a]);
+            law.power.0 += (0..3).map(|a| press[a] * normals[a].dot(&speeds[a])).sum::<f64>();
             law.power.1 += (total + k * area * x.norm()) * velocity.norm();
             if total > 0.0 {
                 law.deepest = law.deepest.max(deepest + approach.abs() * 1e-3);
@@ -218,7 +240,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     let held: Vec<[f32; 4]> = input.get("grips");
     let (pushes, grips): (Vec<[f32; 4]>, Vec<[f32; 4]>) = (out.get("pushes"), out.get("grips"));
     let clock: Clock = out.one("clock");
-    let counts = call.constants.clone().with("COUNTS_WORK", 1.0) == call.constants;
+    let [counts, curved] = ["COUNTS_WORK", "CURVED"].map(|f| call.constants.clone().with(f, 1.0) == call.constants);
     let (mut got, mut want, mut scale) = (Vec::new(), Vec::new(), Vec::new());
     let (mut fastest, mut sound) = (0.0f64, true);
     let mut holds = (Vec::new(), Vec::new());
@@ -226,7 +248,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
     for (i, skin) in skins.iter().enumerate() {
         let solid = &solids[(skin.tag & 0xff) as usize];
         let cell = &cells[(skin.point >> 3) as usize];
-        let law = law(&all, solid, skin, cell, [&u, &v], &held[i]);
+        let law = law(&all, solid, skin, cell, [&u, &v], &held[i], curved);
         let finite = law.own.iter().chain(law.faces.iter().flatten()).all(|c| c.is_finite()) && law.energy.is_finite();
         let finite = finite && at_point(cell, &u, quarter(skin.point & 7)).0.iter().all(|c| c.is_finite());
         // Half of this step and half of the last, which nodes keep.

@@ -3,6 +3,7 @@
 
 pub mod advance;
 pub mod contact;
+pub mod core;
 pub mod force;
 pub mod meet;
 pub mod press;
