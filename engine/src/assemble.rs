@@ -177,7 +177,7 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
     crossing::refuse(scene, &world, &object_of, ground)?;
     let capped = scene.simulation.stiffness_cap.map_or_else(Vec::new, |share| cap::apply(share, &mut world));
     notes.extend(capped.iter().map(Capped::line));
-    let elastic = elastic::choose(scene.simulation.elastic, scene.simulation.error_budget, &world)?;
+    let elastic = elastic::choose(scene.simulation.elastic, &world)?;
     notes.extend(elastic::undamped(&elastic, &mut world));
     notes.extend(idle::notes(scene, &world, &elastic));
     notes.extend(crossing::doubled(&world, ground.is_some()));

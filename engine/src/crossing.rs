@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use crate::geometry::Particles;
 use crate::scene::{Kind, Material, Object, Problem, Scene, Shape, Source};
-use crate::walls::coincide;
-use crate::world::{Body, World};
+use crate::walls::{coincide, distance};
+use crate::world::{Body, World, collider};
 
 /// Two bodies, one of them of those that `counts` names, of which particles are closer than `reach` [m].
 pub(crate) fn overlapping(bodies: &[Body], reach: f32, counts: impl Fn(usize) -> bool) -> Option<(usize, usize)> {
@@ -49,8 +49,9 @@ pub(crate) fn clear(
     if given || !matches!(object.material, Some(Material::Sph { .. })) {
         return None;
     }
+    let all: Vec<_> = scene.colliders.iter().map(collider).collect();
     let near = |x: &[f32; 3]| {
-        let obstacles = scene.colliders.iter().map(|c| c.shape.distance(*x));
+        let obstacles = all.iter().map(|c| distance(c, *x));
         let nearest = obstacles.chain(ground.map(|height| x[2] - height)).fold(f32::MAX, f32::min);
         nearest < ROOM * size && nearest >= -INSIDE * size
     };
@@ -101,8 +102,8 @@ pub(crate) fn refuse(scene: &Scene, world: &World, object_of: &[usize], ground: 
         if let Some(found) = ground.map(|height| deep(&|x| x[2] - height)).filter(|found| found.0 > 0) {
             return fail(i, told("the ground".into(), found));
         }
-        for (index, collider) in scene.colliders.iter().enumerate() {
-            let found = deep(&|x| collider.shape.distance(*x));
+        for (index, obstacle) in scene.colliders.iter().map(collider).enumerate() {
+            let found = deep(&|x| distance(&obstacle, *x));
             if found.0 > 0 {
                 return fail(i, told(format!("collider[{index}]"), found));
             }

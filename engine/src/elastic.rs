@@ -31,16 +31,16 @@ impl Choice {
     }
 }
 
-/// Chooses the solver of `world` as `simulation.elastic` asks; `budget`: the error that may be made.
+/// Chooses the solver of `world` as `simulation.elastic` asks.
 ///
 /// # Errors
 /// A world that cannot be simulated as asked.
-pub fn choose(asked: Elastic, budget: Option<f32>, world: &World) -> Result<Choice, Problem> {
+pub fn choose(asked: Elastic, world: &World) -> Result<Choice, Problem> {
     let mpm = |why: String| Ok(Choice { total_lagrangian: false, beside: vec![], why });
     if asked == Elastic::UpdatedLagrangian || world.bodies.is_empty() {
         return mpm("as `simulation.elastic` asks".into());
     }
-    if let Some(beside) = mixed(asked, budget, world) {
+    if let Some(beside) = mixed(asked, world) {
         return beside;
     }
     let obstacle = lagrangian::fit(world).err().map(|(i, why)| format!("'{}' {why}", world.bodies[i].name));
@@ -50,7 +50,7 @@ pub fn choose(asked: Elastic, budget: Option<f32>, world: &World) -> Result<Choi
     });
     let loose = || {
         let mut bodies = world.bodies.iter().filter(|_| asked == Elastic::Auto);
-        bodies.find_map(|b| match loose(b, budget, world, SAFE) {
+        bodies.find_map(|b| match loose(b, world, SAFE) {
             Some(why) => Some(format!("nothing holds '{}', {why}", b.name)),
             None => pierced(b, world).map(|why| format!("'{}' {why}", b.name)),
         })
@@ -101,12 +101,9 @@ const SAFE: f64 = 2.0;
 const SAFE_BESIDE: f64 = 0.5;
 
 /// Why a body that nothing holds is better left to MPM.
-fn loose(body: &Body, budget: Option<f32>, world: &World, safe: f64) -> Option<String> {
+fn loose(body: &Body, world: &World, safe: f64) -> Option<String> {
     if body.pinned.contains(&true) {
         return None;
-    }
-    if budget.is_some() {
-        return Some("and errors of what falls were measured by MPM, for `error_budget`".into());
     }
     let (meets, waves) = (Expected::of(world).speed(), f64::from(body.wave_speed()));
     (meets > safe * waves).then(|| {
@@ -153,7 +150,7 @@ fn sunk(body: &Body, world: &World) -> Option<String> {
 
 /// Where some bodies cannot be on grids of their own whatever is asked, and others can: which are, body by body. Absent
 /// where all move alike.
-fn mixed(asked: Elastic, budget: Option<f32>, world: &World) -> Option<Result<Choice, Problem>> {
+fn mixed(asked: Elastic, world: &World) -> Option<Result<Choice, Problem>> {
     let elastic = |b: &Body| b.material.elastic() && b.emission.is_none() && b.recycle.is_none();
     if world.is_fluid() || world.bodies.iter().all(elastic) {
         return None;
@@ -164,7 +161,7 @@ fn mixed(asked: Elastic, budget: Option<f32>, world: &World) -> Option<Result<Ch
     for (i, (body, fit)) in world.bodies.iter().zip(&fits).enumerate() {
         let held = body.pinned.contains(&true);
         let better_not = || match asked {
-            Elastic::Auto => loose(body, budget, world, SAFE_BESIDE)
+            Elastic::Auto => loose(body, world, SAFE_BESIDE)
                 .map(|why| format!("nothing holds it, {why}"))
                 .or_else(|| {
                     (thickness(body) < THIN * world.dx)

@@ -74,7 +74,9 @@ fn fill(
             room(predicted(4.19 * f64::from(*radius).powi(3)))?;
             let center = Vec3::from(*center);
             let ball = |back: Vec3| lattice.fill_ball(&object.name, (center - back).into(), *radius, object.color);
-            if !seats {
+            // Off the middle of a lattice it can have a single particle at a pole, on which it bounces sideways.
+            let round = object.material.is_some() && object.emitter.is_none() && *radius > lattice.spacing;
+            if !seats && !round {
                 return ball(Vec3::ZERO).map_err(fail);
             }
             lattice.seated((center - *radius).into(), (center + *radius).into(), ball).map_err(fail)

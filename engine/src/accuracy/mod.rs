@@ -84,15 +84,16 @@ impl Known<'_> {
     }
 }
 
-/// The cheapest setting for bodies of `world` whose error is at most `asked`; none where nothing is simulated. Work grows
-/// with the cells of a volume and the steps across a cell: density⁴ over the Courant number.
+/// The cheapest setting for bodies of `world`, the elastic ones on grids of their `own` or on that of all, whose error is
+/// at most `asked`; none where nothing is simulated. Work grows with the cells of a volume and the steps across a cell:
+/// density⁴ over the Courant number.
 ///
 /// # Errors
 /// A body that the tables know nothing of, or an error out of reach.
-pub fn fit(world: &World, asked: f32) -> Result<Option<Fit>, Unfit> {
+pub fn fit(world: &World, own: bool, asked: f32) -> Result<Option<Fit>, Unfit> {
     let mut bodies = Vec::new();
     for body in world.bodies.iter().filter(|b| !b.positions.is_empty()) {
-        let kind = Kind::of(body, world);
+        let kind = Kind::of(body, world, own);
         let table = kind.table();
         if table.is_empty() {
             return Err(Unfit::Unmeasured { body: body.name.clone(), kind: kind.name() });
@@ -174,7 +175,7 @@ mod tests {
         let world = held();
         let mut before = f32::MAX;
         for asked in [0.02, 0.04, 0.1] {
-            let found = fit(&world, asked).unwrap().unwrap();
+            let found = fit(&world, false, asked).unwrap().unwrap();
             assert!(found.error <= asked && found.kind == Kind::Held, "{found:?}");
             // Two metres thick.
             let row = Row { cells: found.density * 2.0, courant: found.courant, error: found.error };
@@ -187,30 +188,34 @@ mod tests {
 
     #[test]
     fn what_is_not_known_is_refused() {
-        let steel = fit(&held(), 1e-6);
+        let steel = fit(&held(), false, 1e-6);
         assert!(matches!(steel, Err(Unfit::OutOfReach { least, .. }) if least < 0.02), "{steel:?}");
         let mut emitted = bar(JELLY);
         emitted.bodies[0].recycle = Some(Default::default());
-        assert!(matches!(fit(&emitted, 0.5), Err(Unfit::Beyond { .. })));
+        assert!(matches!(fit(&emitted, false, 0.5), Err(Unfit::Beyond { .. })));
         let nothing = World { bodies: vec![], ..held() };
-        assert_eq!(fit(&nothing, 0.1), Ok(None));
+        assert_eq!(fit(&nothing, false, 0.1), Ok(None));
     }
 
     #[test]
     fn of_several_bodies_the_strictest_counts() {
         let mut world = held();
-        let alone = fit(&world, 0.05).unwrap().unwrap();
+        let alone = fit(&world, false, 0.05).unwrap().unwrap();
         // The same at half the size needs twice the density; and one that falls has another table.
         let mut small = world.bodies[0].clone();
         small.name = "small".into();
         small.positions.iter_mut().for_each(|x| x.iter_mut().for_each(|c| *c *= 0.5));
         small.particle_volume /= 8.0;
         world.bodies.push(small);
-        let both = fit(&world, 0.05).unwrap().unwrap();
+        let both = fit(&world, false, 0.05).unwrap().unwrap();
         assert!(both.density >= 2.0 * alone.density && both.body == "small", "{both:?}");
         world.bodies.push(Body { name: "loose".into(), ..bar(JELLY).bodies.remove(0) });
-        let loose = fit(&world, 0.2).unwrap().unwrap();
+        let loose = fit(&world, false, 0.2).unwrap().unwrap();
         let table = Kind::Free.table();
         assert!(table.iter().any(|r| r.error == loose.error) && loose.body == "loose", "{loose:?}");
+        // On a grid of its own it has another table, and the one that is held has the same.
+        let own = fit(&world, true, 0.2).unwrap().unwrap();
+        let both = [Kind::FreeOwn.table(), Kind::Held.table()].concat();
+        assert!(own.density < loose.density && both.iter().any(|r| r.error == own.error), "{own:?}");
     }
 }

@@ -9,8 +9,10 @@ use crate::world::{Body, World};
 pub enum Kind {
     /// Elastic, held somewhere: it bends.
     Held,
-    /// Elastic, free: it falls and strikes.
+    /// Elastic, free, on the grid of all: it falls and strikes.
     Free,
+    /// The same on a grid of its own.
+    FreeOwn,
     /// Von Mises.
     Plastic,
     /// Snow.
@@ -40,9 +42,10 @@ pub struct Row {
 
 impl Kind {
     /// Every kind.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Held,
         Self::Free,
+        Self::FreeOwn,
         Self::Plastic,
         Self::Snow,
         Self::Foam,
@@ -52,10 +55,11 @@ impl Kind {
         Self::Wcsph,
     ];
 
-    /// Of a body of `world`.
-    pub fn of(body: &Body, world: &World) -> Self {
+    /// Of a body of `world`, whose elastic bodies are on grids of their `own` or not.
+    pub fn of(body: &Body, world: &World, own: bool) -> Self {
         match body.material {
             Material::Elastic { .. } | Material::NeoHookean { .. } if body.pinned.contains(&true) => Self::Held,
+            Material::Elastic { .. } | Material::NeoHookean { .. } if own => Self::FreeOwn,
             Material::Elastic { .. } | Material::NeoHookean { .. } => Self::Free,
             Material::Plastic { .. } => Self::Plastic,
             Material::Snow { .. } => Self::Snow,
@@ -72,6 +76,7 @@ impl Kind {
         match self {
             Self::Held => "held",
             Self::Free => "free",
+            Self::FreeOwn => "free_own",
             Self::Plastic => "plastic",
             Self::Snow => "snow",
             Self::Foam => "foam",
@@ -88,6 +93,7 @@ impl Kind {
         let text = match self {
             Self::Held => include_str!("held.csv"),
             Self::Free => include_str!("free.csv"),
+            Self::FreeOwn => include_str!("free_own.csv"),
             Self::Plastic => include_str!("plastic.csv"),
             Self::Sand => include_str!("sand.csv"),
             Self::Liquid => include_str!("liquid.csv"),

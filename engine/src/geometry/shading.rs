@@ -9,6 +9,8 @@ use super::volume::Particles;
 
 /// Brightness of the darker checks, of sRGB values.
 const DARK: f32 = 0.72;
+/// What lies on an edge of checks belongs to those above it, whatever rounding says [sides].
+const EDGE: f32 = 1e-4;
 /// Brightness of what faces away from the light, of sRGB values.
 const AWAY: f32 = 0.45;
 /// Reach of the search for a surface's direction [lattice spacings].
@@ -17,7 +19,7 @@ const REACH: i32 = 3;
 /// Darkens every other cube of side `side` [m]; `local` takes a position to the body's own axes.
 pub fn checks(particles: &mut Particles, side: f32, local: impl Fn(Vec3) -> Vec3) {
     for (x, color) in particles.positions.iter().zip(&mut particles.colors) {
-        let cell = (local(Vec3::from(*x)) / side).floor();
+        let cell = (local(Vec3::from(*x)) / side + EDGE).floor();
         if (cell.x + cell.y + cell.z).rem_euclid(2.0) >= 1.0 {
             *color = color.map(|c| c * DARK);
         }
@@ -28,7 +30,9 @@ pub fn checks(particles: &mut Particles, side: f32, local: impl Fn(Vec3) -> Vec3
 /// the surface's: it turns and moves with it.
 pub fn shade(particles: &mut Particles, spacing: f32, light: Vec3) {
     let Some(light) = light.try_normalize() else { return };
-    let place = |x: &[f32; 3]| x.map(|c| (c / spacing - 0.5).round() as i32);
+    // From the first particle: a lattice of a body's own may lie half way between places of another.
+    let first = particles.positions.first().copied().unwrap_or_default();
+    let place = |x: &[f32; 3]| -> [i32; 3] { std::array::from_fn(|a| ((x[a] - first[a]) / spacing).round() as i32) };
     let filled: HashSet<[i32; 3]> = particles.positions.iter().map(place).collect();
     for (x, color) in particles.positions.iter().zip(&mut particles.colors) {
         let at = place(x);

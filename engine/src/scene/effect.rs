@@ -87,24 +87,6 @@ impl Shape {
             Shape::Room { center, half } => (shape::ROOM, center, half),
         }
     }
-
-    /// Signed distance of x from the surface before anything moves [m], negative inside the obstacle.
-    pub fn distance(&self, x: [f32; 3]) -> f32 {
-        let x = glam::Vec3::from(x);
-        match *self {
-            Shape::Plane { point, normal } => {
-                (x - glam::Vec3::from(point)).dot(glam::Vec3::from(normal).normalize_or_zero())
-            }
-            Shape::Ball { center, radius } => x.distance(center.into()) - radius,
-            Shape::Box { center, half } => {
-                let q = (x - glam::Vec3::from(center)).abs() - glam::Vec3::from(half);
-                q.max(glam::Vec3::ZERO).length() + q.max_element().min(0.0)
-            }
-            Shape::Room { center, half } => {
-                (glam::Vec3::from(half) - (x - glam::Vec3::from(center)).abs()).min_element()
-            }
-        }
-    }
 }
 
 /// A force field, as an acceleration of the material inside its region.

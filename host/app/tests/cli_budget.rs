@@ -12,10 +12,11 @@ fn a_budget_sets_grid_and_courant_number() {
     folder.scene(FALL, &[]);
     let said = folder.run(&["plan", "scene.toml", "--error-budget", "0.25"]);
     said.expect(0, &[]);
-    // A box of 0.1 m, of which six particles of 1/64 m are seen: six cells across it.
-    assert!(said.out.contains("error budget 0.25: 64.0 cells a metre, 6.0 across 'jelly' (0.094 m)"), "{}", said.out);
+    // A box of 0.1 m, of which six particles of 1/64 m are seen: four cells across it, on a grid of its own.
+    assert!(said.out.contains("error budget 0.25: 42.7 cells a metre, 4.0 across 'jelly' (0.094 m)"), "{}", said.out);
+    assert!(said.out.contains("total Lagrangian"), "{}", said.out);
     let substeps = |out: &str| out.lines().find(|l| l.starts_with("particles")).map(str::to_owned);
-    let finer = folder.run(&["plan", "scene.toml", "--error-budget", "0.16"]);
+    let finer = folder.run(&["plan", "scene.toml", "--error-budget", "0.06"]);
     finer.expect(0, &[]);
     assert!(finer.out.contains("8.0 across"), "{}", finer.out);
     assert_ne!(substeps(&said.out), substeps(&finer.out), "{} {}", said.out, finer.out);
@@ -23,7 +24,12 @@ fn a_budget_sets_grid_and_courant_number() {
     folder.scene(FALL, &[("grid_density = 32", "grid_density = 32\nerror_budget = 0.4")]);
     folder.run(&["run", "scene.toml", "--output", "state", "--quiet", "--out", "a"]).expect(0, &[]);
     assert!(folder.report("a")["warnings"][0].as_str().unwrap().contains("4.0 across"));
-    let over = folder.run(&["plan", "scene.toml", "--error-budget", "0.16"]);
+    // By MPM the same error needs more of them.
+    folder.scene(FALL, &[("grid_density = 32", "grid_density = 32\nelastic = 'updated_lagrangian'")]);
+    let shared = folder.run(&["plan", "scene.toml", "--error-budget", "0.25"]);
+    assert!(shared.out.contains("64.0 cells a metre, 6.0 across"), "{}", shared.out);
+    folder.scene(FALL, &[("grid_density = 32", "grid_density = 32\nerror_budget = 0.4")]);
+    let over = folder.run(&["plan", "scene.toml", "--error-budget", "0.06"]);
     assert!(over.out.contains("8.0 across"), "{}", over.out);
 }
 

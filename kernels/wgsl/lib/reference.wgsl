@@ -39,8 +39,9 @@ struct ElasticCell {
     slot: u32,              // its number in the order of places, x fastest: where its shares are, and what rows count
 }
 
-// A cell with thin parts, and what integrates those: places from `first` on, a multiple of four of them.
-struct ThinCell { cell: u32, first: u32, count: u32, spare: u32 }
+// A cell with thin parts, and what integrates those: places from `first` on, a multiple of four of them. In bits 0–7 of
+// `points` which of its points they stand for.
+struct ThinCell { cell: u32, first: u32, count: u32, points: u32 }
 
 // A quadrature point [cells from the middle of its cell], and its share of a particle's volume; 0: none.
 struct Place { x: vec3f, share: f32 }

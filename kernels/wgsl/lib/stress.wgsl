@@ -1,4 +1,4 @@
-//! use lib/clock lib/reference lib/polar lib/shock
+//! use lib/clock lib/deformed lib/polar lib/shock
 //! family piola
 // Stress at points of a body, and what the clock is told of it: whoever uses this has `reference` and `clock`.
 
@@ -22,14 +22,6 @@ var<private> torn: u32;
 var<private> stiffest: f32;
 var<private> thickest: f32;     // [m/s]
 
-// Derivatives of a point from those a cell, and F from those of the displacement.
-fn slope(x: vec3f, y: vec3f, z: vec3f) -> mat3x3f {
-    let inv = 1.0 / reference.dx;
-    return mat3x3f(inv * x, inv * y, inv * z);
-}
-fn deformed(g: mat3x3f) -> mat3x3f {
-    return mat3x3f(vec3f(1.0, 0.0, 0.0) + g[0], vec3f(0.0, 1.0, 0.0) + g[1], vec3f(0.0, 0.0, 1.0) + g[2]);
-}
 fn all_deformed(g: Four) -> Four {
     return Four(deformed(g.a), deformed(g.b), deformed(g.c), deformed(g.d));
 }

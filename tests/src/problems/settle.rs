@@ -1,5 +1,5 @@
-//! A block comes down on a floor, planar, and bounces, or beside a wall and slumps or flows away: the path of its centre of
-//! mass against that of the same block on a finer grid. Nothing of it is known in closed form; what is measured is how
+//! A block comes down on a floor, planar, and bounces (on a grid of its own as deep as wide, with nothing beside it), or
+//! beside a wall and slumps or flows away: the path of its centre of mass against that of the same block on a finer grid. Nothing of it is known in closed form; what is measured is how
 //! far a grid and a step are from the limit that the method itself goes to, not how far that limit is from nature.
 
 use physvideo::accuracy::Kind;
@@ -9,7 +9,7 @@ use physvideo::world::{World, ground};
 use physvideo_gpu::Gpu;
 
 use super::deposit::Pool;
-use super::setup::{Lattice, Play};
+use super::setup::{Lattice, Play, world};
 use crate::liquid;
 
 const GRAVITY: f64 = 9.81;
@@ -33,6 +33,8 @@ pub struct Block {
     pub fallen: f64,
     /// Of the floor.
     pub friction: f32,
+    /// On a grid of its own.
+    pub own: bool,
 }
 
 impl Block {
@@ -46,7 +48,7 @@ impl Block {
         let (young, poisson) = (1.8e4, 0.3);
         let (mut pressure, mut density, mut friction) = (Pressure::Dfsph, 1000.0, 0.4);
         let material = match kind {
-            Kind::Held | Kind::Free => Material::Elastic { young, poisson },
+            Kind::Held | Kind::Free | Kind::FreeOwn => Material::Elastic { young, poisson },
             Kind::Plastic => Material::Plastic { young, poisson, yield_stress: 1.5e3, hardening: 0.0 },
             Kind::Snow => {
                 density = 400.0;
@@ -75,8 +77,9 @@ impl Block {
                 Material::Sph { viscosity: 1e-4, surface_tension: 0.0 }
             }
         };
-        let (high, fallen) = if matches!(kind, Kind::Held | Kind::Free) { (0.1, 0.3) } else { (0.2, 0.2) };
-        Self { material, pressure, density, wide: 0.1, high, fallen, friction }
+        let (high, fallen) = if material.elastic() { (0.1, 0.3) } else { (0.2, 0.2) };
+        let own = kind == Kind::FreeOwn;
+        Self { material, pressure, density, wide: 0.1, high, fallen, friction, own }
     }
 
     /// A broader one, of another stiffness and friction and less of a fall.
@@ -93,7 +96,12 @@ impl Block {
             other => other,
         };
         let friction = if tall.friction > 0.0 { 0.6 } else { 0.0 };
-        let (high, fallen) = if tall.material.elastic() { (0.25, 0.2) } else { (0.2, 0.1) };
+        let (high, fallen) = match (tall.material.elastic(), tall.own) {
+            // Whole layers of half a cell at any even number of them.
+            (true, true) => (0.225, 0.2),
+            (true, false) => (0.25, 0.2),
+            _ => (0.2, 0.1),
+        };
         Self { material, wide: 0.15, high, fallen, friction, density: 0.9 * tall.density, ..tall }
     }
 
@@ -132,7 +140,9 @@ impl Block {
         let dx = self.wide / f64::from(cells);
         // A liquid's front runs two times sqrt(gH).
         let room = 2.5 * self.wide.max(self.high) * f64::from(INSTANTS);
-        let mut w = if matches!(self.material, Material::Sph { .. }) {
+        let mut w = if self.own {
+            self.alone(dx)
+        } else if matches!(self.material, Material::Sph { .. }) {
             let depth = 4.0 * dx;
             let places = liquid::lattice(dx, [0.0; 3], [self.wide, depth, self.high]);
             let Material::Sph { viscosity, .. } = self.material else { unreachable!() };
@@ -161,6 +171,17 @@ impl Block {
         w
     }
 
+    /// It on a lattice of half of `dx`, with nothing but the floor.
+    fn alone(&self, dx: f64) -> World {
+        let lattice = Lattice::of_eight(dx);
+        let places = lattice.fill([0.0; 3], [self.wide, self.wide, self.high], |_| true);
+        let body = lattice.body(self.material, self.density, &places, |_| [0.0; 3]);
+        let (low, high) = ([-self.wide, -self.wide, -dx], [2.0 * self.wide, 2.0 * self.wide, 3.0 * self.high]);
+        let mut w = world(vec![body], dx, low, high);
+        w.colliders = vec![ground(0.0, self.friction)];
+        w
+    }
+
     /// The error of a run of `cells` cells by its path and that of one of `finer`, over the longest way, but no less than its
     /// width. Of what bounces the way it fell counts too: how high it comes is a share of that.
     pub fn error(&self, path: &[[f64; 2]], cells: u32, reference: &[[f64; 2]], finer: u32) -> f64 {
@@ -177,6 +198,7 @@ impl Block {
         let method = match (self.material, self.pressure) {
             (Material::Sph { .. }, Pressure::Dfsph) => "dfsph",
             (Material::Sph { .. }, Pressure::Wcsph) => "wcsph",
+            _ if self.own => "total_lagrangian",
             _ => "updated_lagrangian",
         };
         let mut play = Play::new(gpu, &self.world(cells, courant), method)?;

@@ -27,6 +27,7 @@ pub static CASES: &[&Case] = &[
     &cells::place::CASE,
     &cells::range::CASE,
     &lagrangian::advance::CASE,
+    &lagrangian::bend::CASE,
     &lagrangian::contact::CASE,
     &lagrangian::core::CASE,
     &lagrangian::force::CASE,

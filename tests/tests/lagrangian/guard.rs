@@ -108,11 +108,11 @@ fn squeezed_and_inverted_bodies_recover() {
     }
 }
 
-/// A block of 15.6 kg, at rest, and a wall with some friction that comes from below at 4 m/s, from the side at 2 m/s:
+/// A block of `thick` [m] (a cube of 15.6 kg, or a leaf), at rest, and a wall with some friction that comes from below at 4 m/s, from the side at 2 m/s:
 /// what happened in ten frames of 5 ms, and the energy at the end [J]. Beside it may be a pile of sand on MPM's grid, which the
 /// wall meets too.
-fn swept(gpu: &Gpu, courant: f32, sand: bool) -> (Vec<FrameStats>, f64) {
-    let cube = fill(DX, [0.0, 0.0, 0.01], [0.25, 0.25, 0.26], |_| true);
+fn swept(gpu: &Gpu, thick: f64, courant: f32, sand: bool) -> (Vec<FrameStats>, f64) {
+    let cube = fill(DX, [0.0, 0.0, 0.01], [0.25, 0.25, 0.01 + thick], |_| true);
     let mut w = world(vec![body(JELLY, 1000.0, DX, cube, |_| [0.0; 3])], DX);
     w.courant = courant;
     w.colliders = vec![Collider {
@@ -146,13 +146,13 @@ fn swept(gpu: &Gpu, courant: f32, sand: bool) -> (Vec<FrameStats>, f64) {
 fn the_work_of_an_obstacle_is_counted() {
     let gpu = gpu();
     for sand in [false, true] {
-        let (frames, energy) = swept(&gpu, 0.75, sand);
+        let (frames, energy) = swept(&gpu, 0.25, 0.75, sand);
         println!("swept: {energy:.1} J");
         // Thrown at nearly twice the wall's speed, ½ m (2 v)² = 500 J, less what vibrates and comes back into the wall.
         assert!(energy > 200.0 && frames.iter().all(|f| f.gained + f.rejected == 0), "{energy} J, {frames:?}");
         assert!(frames.iter().map(|f| f.work).sum::<f64>() > 200.0 || !sand, "{frames:?}");
         // Beside the same obstacle, a step beyond the limit is seen and taken back.
-        let (frames, _) = swept(&gpu, 1.9, sand);
+        let (frames, _) = swept(&gpu, 0.25, 1.9, sand);
         assert!(frames.iter().any(|f| f.rejected > 0), "{frames:?}");
     }
     // Control: where nothing is counted the throw itself looks like a gain.
@@ -161,11 +161,16 @@ fn the_work_of_an_obstacle_is_counted() {
     folder::edit(copy.path(), "lagrangian/contact", "if (COUNTS_WORK) {", "if (false) {");
     let blind = device::open(Options { wgsl: Some(copy.path().into()), ..device::options() });
     for sand in [false, true] {
-        let (frames, _) = swept(&blind, 0.75, sand);
+        let (frames, _) = swept(&blind, 0.25, 0.75, sand);
         assert!(frames.iter().any(|f| f.gained > 0), "{frames:?}");
         // And no step mends it: the frame is kept, and said to be.
         assert!(frames.iter().any(|f| f.unmended && f.gained == 4 && f.rejected == 3), "{frames:?}");
     }
+    // A leaf is judged as well as a block.
+    let (frames, _) = swept(&gpu, 0.5 * DX, 0.75, false);
+    assert!(frames.iter().all(|f| f.gained + f.rejected == 0), "{frames:?}");
+    let (frames, _) = swept(&blind, 0.5 * DX, 0.75, false);
+    assert!(frames.iter().any(|f| f.gained > 0), "{frames:?}");
     assert_eq!(gpu.messages(), Vec::<String>::new());
 }
 

@@ -1,5 +1,6 @@
 //! Elastic bodies on grids of their own: problems with a known answer, each with a control that must fail.
 
+mod ball;
 mod bar;
 mod bounce;
 mod cantilever;

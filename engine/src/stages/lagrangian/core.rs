@@ -48,7 +48,19 @@ impl Cores {
         let Lagrangian { cells, nodes, solids, colliders, shares, clock, sizes: immediates, .. } = *all;
         let super::State { u, v, .. } = all.state;
         let energies = self.energies;
-        lagrangian::Core { cells, nodes, solids, u, v, colliders, shares_was: shares, shares, energies, clock, immediates }
+        lagrangian::Core {
+            cells,
+            nodes,
+            solids,
+            u,
+            v,
+            colliders,
+            shares_was: shares,
+            shares,
+            energies,
+            clock,
+            immediates,
+        }
     }
 
     /// Energy of a body's contact [J].

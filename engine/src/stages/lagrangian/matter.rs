@@ -189,15 +189,11 @@ impl Lagrangian<'_> {
         }
     }
 
-    /// Whether its particles tell all of its energy: not of thin parts that bend.
-    pub(in crate::stages) fn tells_all(&self) -> bool {
-        self.thins.is_none()
-    }
-
-    /// Energy of all springs of contact [J].
-    pub(in crate::stages) fn springs(&self) -> Result<f64, GpuError> {
+    /// Energy that its particles do not tell: of all springs of contact, and of thin parts that bend [J].
+    pub(in crate::stages) fn untold(&self) -> Result<f64, GpuError> {
         let pushes = self.gpu.read(self.pushes)?;
         let mut sum: f64 = pushes.iter().step_by(4).map(|p| f64::from(p[3])).sum();
+        sum += self.bends()?.iter().sum::<f64>();
         for index in 0..self.ranges.len() {
             sum += self.ties(index)?;
         }

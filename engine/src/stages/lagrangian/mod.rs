@@ -34,6 +34,7 @@ use self::matter::Matter;
 use self::pairs::{Moved, Pairs};
 use self::reference::Reference;
 use self::start::{constants, shocked};
+use self::thin::Thins;
 use super::energy::{Budget, moves};
 use super::solver::CALLS;
 use crate::world::World;
@@ -74,7 +75,7 @@ pub struct Lagrangian<'gpu> {
     skins: Buf<kernels::Skin>,
     rests: Buf<kernels::Rest>,
     /// Cells with thin parts, and what integrates those, if there are any.
-    thins: Option<(Buf<kernels::ThinCell>, Buf<kernels::Place>)>,
+    thins: Option<Thins>,
     state: State,
     saved: State,
     /// What each cell gives to its 27 nodes [N].
@@ -98,8 +99,7 @@ pub struct Lagrangian<'gpu> {
     held: Vec<f64>,
     /// Gravity that each body feels [m/s²].
     weights: Vec<[f64; 3]>,
-    /// Frames are judged by their energy: nearly all of it shows (particles do not tell that of thin parts that bend), and
-    /// nobody forces steps.
+    /// Frames are judged by their energy: nobody forces steps.
     judges: bool,
     /// What fields can bring, and how finely the work of obstacles is counted.
     budget: Budget,
@@ -235,13 +235,7 @@ impl<'gpu> Lagrangian<'gpu> {
             cells: gpu.upload("run", "lagrangian/cells", &reference.cells)?,
             skins: gpu.upload("run", "lagrangian/skins", &reference.skins)?,
             rests: gpu.upload("run", "lagrangian/rests", &reference.rests)?,
-            thins: match reference.thin.cells.as_slice() {
-                [] => None,
-                cells => Some((
-                    gpu.upload("run", "lagrangian/thins", cells)?,
-                    gpu.upload("run", "lagrangian/places", &reference.thin.places)?,
-                )),
-            },
+            thins: Thins::new(gpu, &reference.thin, &reference.cells)?,
             state,
             saved: State::new(gpu, ["saved_u", "saved_v", "saved_grips"], nodes, skins)?,
             shares: gpu.alloc("run", "lagrangian/shares", 27 * u64::from(sizes.cells))?,
@@ -260,8 +254,7 @@ impl<'gpu> Lagrangian<'gpu> {
                 * f64::from(world.dx)
                 * world.gravity.iter().map(|g| f64::from(*g).abs()).sum::<f64>(),
             weights: reference.solids.iter().map(|s| s.gravity.map(f64::from)).collect(),
-            // A ball's caps are thin, and hardly bend; a leaf is thin all over.
-            judges: world.force_dt.is_none() && 4 * reference.thin.cells.len() <= reference.cells.len(),
+            judges: world.force_dt.is_none(),
             budget: Budget::new(world),
             work_unit: 1.0,
             particle_ranges,
@@ -374,9 +367,9 @@ impl<'gpu> Lagrangian<'gpu> {
                 rec.call(&force, &k.clone().with("PUSHED", pushed), groups(items));
             }
         }
-        if let Some((thins, places)) = self.thins {
-            let thin =
-                lagrangian::Thin { cells, solids, thins, places, u, v, shares_was: shares, shares, clock, immediates };
+        if let Some(Thins { cells: thins, places, .. }) = &self.thins {
+            let (thins, places, shares_was) = (*thins, *places, shares);
+            let thin = lagrangian::Thin { cells, solids, thins, places, u, v, shares_was, shares, clock, immediates };
             rec.call(&thin, k, groups(Items::Thin));
         }
         if let Some(cores) = &self.cores {

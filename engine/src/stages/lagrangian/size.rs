@@ -27,8 +27,7 @@ impl Lagrangian<'_> {
         let skin = (size_of::<kernels::Skin>() + (2 + 4) * 16) as u64;
         let facets = if several || hosted { Facets::new(world, &r, own).map_or(0, |f| f.list.len()) } else { 0 };
         let surfaces = if several { Pairs::bytes(facets) } else { 0 } + if hosted { Matter::bytes(facets) } else { 0 };
-        let thin = 16 * (r.thin.cells.len() + r.thin.places.len()) as u64;
         let inside = if core::pierced(world, own) { 4 * cells } else { 0 };
-        each * r.rests.len() as u64 + node * nodes + cell * cells + skin * skins + thin + inside + surfaces
+        each * r.rests.len() as u64 + node * nodes + cell * cells + skin * skins + r.thin.bytes() + inside + surfaces
     }
 }

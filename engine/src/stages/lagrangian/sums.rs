@@ -21,8 +21,8 @@ impl Lagrangian<'_> {
         Ok(Measure { kinetic: own, potential, ..Default::default() })
     }
 
-    /// Sums over body `index`: motion from the nodes, in f64; energy (that of its contact included) and height from the
-    /// particles.
+    /// Sums over body `index`: motion from the nodes, in f64; energy (those of its contact and its thin parts included) and
+    /// height from the particles.
     ///
     /// # Errors
     /// The device's refusal.
@@ -49,6 +49,7 @@ impl Lagrangian<'_> {
         if let Some(cores) = &self.cores {
             out.elastic += cores.energy(self.gpu, index)?;
         }
+        out.elastic += self.bends()?.get(index).copied().unwrap_or_default();
         let range = self.ranges.get(index).cloned().unwrap_or_default();
         out.mass = self.held.get(index).copied().unwrap_or_default();
         for i in range {

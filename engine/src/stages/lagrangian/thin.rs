@@ -3,8 +3,10 @@
 
 use std::collections::HashMap;
 
-use physvideo_gpu::kernels::{Place, ThinCell};
+use physvideo_gpu::kernels::{ElasticCell, Place, ThinCell, lagrangian};
+use physvideo_gpu::{Buf, Gpu, GpuError, Recording};
 
+use super::Lagrangian;
 use super::lattice::{At, moved};
 
 /// Layers that are integrated box by box; with three the points miss a ninth of the second moment.
@@ -49,8 +51,70 @@ impl Thin {
             return;
         }
         let first = self.places.len() as u32;
+        // A box lies on one side of its cell's middle along each axis.
+        let corner = |p: &Place| (0..3).map(|a| u32::from(p.x[a] > 0.0) << a).sum::<u32>();
+        let points = places.iter().fold(0, |all, p| all | 1 << corner(p));
         self.places.extend(places);
         self.places.resize(self.places.len().next_multiple_of(4), Place::default());
-        self.cells.push(ThinCell { cell, first, count: self.places.len() as u32 - first, spare: 0 });
+        self.cells.push(ThinCell { cell, first, count: self.places.len() as u32 - first, points });
+    }
+
+    /// Bytes it will take on the device.
+    pub fn bytes(&self) -> u64 {
+        let cell = size_of::<ThinCell>() + size_of::<f32>();
+        (cell * self.cells.len() + size_of::<Place>() * self.places.len()) as u64
+    }
+}
+
+/// The same on the device.
+pub(super) struct Thins {
+    pub cells: Buf<ThinCell>,
+    pub places: Buf<Place>,
+    /// What each cell stores beside what its particles tell [J].
+    energies: Buf<f32>,
+    /// Body of each cell.
+    bodies: Vec<usize>,
+}
+
+impl Thins {
+    /// Uploads it, if there is any; `all` are the cells of the bodies.
+    pub fn new(gpu: &Gpu, thin: &Thin, all: &[ElasticCell]) -> Result<Option<Self>, GpuError> {
+        let cells = thin.cells.as_slice();
+        if cells.is_empty() {
+            return Ok(None);
+        }
+        Ok(Some(Self {
+            cells: gpu.upload("run", "lagrangian/thins", cells)?,
+            places: gpu.upload("run", "lagrangian/places", &thin.places)?,
+            energies: gpu.alloc("run", "lagrangian/energies", cells.len() as u64)?,
+            bodies: cells.iter().map(|c| (all[c.cell as usize].mask >> 16) as usize).collect(),
+        }))
+    }
+}
+
+impl Lagrangian<'_> {
+    /// Energy of the thin parts of each body that its particles do not tell [J]: of n layers of points 1/n² of that of
+    /// bending.
+    pub(super) fn bends(&self) -> Result<Vec<f64>, GpuError> {
+        let mut sums = vec![0.0; self.ranges.len()];
+        let Some(thins) = &self.thins else { return Ok(sums) };
+        let Self { cells, solids, bodies, sizes: immediates, .. } = *self;
+        let bend = lagrangian::Bend {
+            cells,
+            solids,
+            thins: thins.cells,
+            places: thins.places,
+            u: self.state.u,
+            bodies,
+            energies: thins.energies,
+            immediates,
+        };
+        let mut rec = Recording::new("bend");
+        rec.each(&bend, &self.constants, thins.bodies.len() as u64);
+        self.gpu.run(&rec)?;
+        for (energy, body) in self.gpu.read(thins.energies)?.into_iter().zip(&thins.bodies) {
+            sums[*body] += f64::from(energy);
+        }
+        Ok(sums)
     }
 }

@@ -102,7 +102,7 @@ impl Mpm<'_> {
         self.guest.iter().for_each(|g| g.solver.record_back(&mut back));
         let began = self.courant;
         let span = (self.time, f64::from(length));
-        let before = if self.budget.is_some() && self.tells_all() { Some(self.sums_over(EVERY)?) } else { None };
+        let before = if self.budget.is_some() { Some(self.sums_over(EVERY)?) } else { None };
         if let (Some(sums), Some(budget)) = (&before, &self.budget) {
             self.work_unit = budget.unit(sums);
         }

@@ -7,6 +7,7 @@ use physvideo_gpu::{Buf, Gpu, GpuError, Groups, Recording};
 
 use super::substep::RUN_GROUPS;
 use super::{ASLEEP, Method, Mpm};
+use crate::stages::energy::Budget;
 use crate::stages::lagrangian::{self, Host, Lagrangian, LagrangianError, Shared};
 use crate::stages::solver::{CALLS, FrameStats, Measure};
 use crate::world::World;
@@ -33,6 +34,7 @@ impl<'gpu> Mpm<'gpu> {
         let (gifts, unit) = (mpm.gifts()?, lagrangian::unit(world, own));
         mpm.guest = Some(Guest { solver, gifts, unit });
         mpm.wave_speed = world.wave_speeds().1;
+        mpm.budget = mpm.budget.take().map(Budget::beside);
         mpm.show_grid();
         Ok(mpm)
     }
@@ -75,11 +77,6 @@ impl<'gpu> Mpm<'gpu> {
     pub(super) fn guests_alone(&mut self, length: f32) -> Result<Option<FrameStats>, GpuError> {
         let time = self.time;
         self.guest.as_mut().map(|g| g.solver.frame_alone(time, length)).transpose()
-    }
-
-    /// Whether the sums over all particles tell all there is of energy.
-    pub(super) fn tells_all(&self) -> bool {
-        self.guest.as_ref().is_none_or(|g| g.solver.tells_all())
     }
 
     /// Sums over body `index`, if it is a guest.

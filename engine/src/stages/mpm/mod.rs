@@ -345,7 +345,7 @@ impl<'gpu> Mpm<'gpu> {
         self.gpu.run(&rec)?;
         let mut all = Measure::of(&self.gpu.read(sums)?, self.dx);
         if let (EVERY, Some(guest)) = (body, &self.guest) {
-            all.elastic += guest.solver.springs()?;
+            all.elastic += guest.solver.untold()?;
         }
         Ok(all)
     }

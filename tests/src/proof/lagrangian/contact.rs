@@ -95,7 +95,10 @@ impl Motion {
     /// Its surfaces as x sees them: distance, outward normal, by how much the choice of it was unique.
     pub fn faces(&self, c: &Collider, x: Vec3) -> Vec<(f64, Vec3, f64)> {
         let turned = |(gap, n, tie)| (gap, self.turn * n, tie);
-        obstacle::shape(c.shape, vec3(&c.size), self.turn.inverse() * (x - self.center)).into_iter().map(turned).collect()
+        obstacle::shape(c.shape, vec3(&c.size), self.turn.inverse() * (x - self.center))
+            .into_iter()
+            .map(turned)
+            .collect()
     }
 }
 

@@ -2,10 +2,12 @@
 //! f64. Nodes are at the middles of cells, points at their quarters, weights those of the B-spline by its definition.
 
 pub mod advance;
+pub mod bend;
 pub mod contact;
 pub mod core;
 pub mod force;
 pub mod meet;
+pub mod point;
 pub mod press;
 pub mod sample;
 pub mod surface;
@@ -66,8 +68,13 @@ pub fn solids() -> Vec<Solid> {
         gravity: b.gravity,
         damping: if b.material == kernels::family::material::COROTATED { 3e-3 } else { 0.0 },
     };
-    let elastic = [kernels::family::material::COROTATED, kernels::family::material::NEO_HOOKEAN, u32::MAX];
-    bodies().iter().filter(|b| elastic.contains(&b.material)).map(solid).collect()
+    elastic().iter().map(solid).collect()
+}
+
+/// The same as the materials' energies know them.
+pub fn elastic() -> Vec<Body> {
+    let kinds = [kernels::family::material::COROTATED, kernels::family::material::NEO_HOOKEAN, u32::MAX];
+    bodies().into_iter().filter(|b| kinds.contains(&b.material)).collect()
 }
 
 /// Speed that limits the step where waves have speed c: ω dt ≤ 2 (sqrt(1 + ζ²) − ζ) with ζ = (β + η/(ρ c²)) ω/2 and

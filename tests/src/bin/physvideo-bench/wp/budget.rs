@@ -26,6 +26,10 @@ const BLOCK: &str = "\
 # from nature is another matter.
 ";
 
+const OWN: &str = "\
+# The blocks are on grids of their own, as deep as wide, with nothing beside them.
+";
+
 /// Writes the table of every kind, or of one; or measures a block that no table was made with.
 pub fn run(gpu: &Gpu, out: &Path, only: Option<&str>, unseen: bool) -> Result<(), String> {
     // Those without a table are measured where they are asked for by name.
@@ -42,7 +46,9 @@ pub fn run(gpu: &Gpu, out: &Path, only: Option<&str>, unseen: bool) -> Result<()
             continue;
         }
         let (head, rows) = if kind == Kind::Held { (BEAM, beams(gpu)?) } else { (BLOCK, both(gpu, kind)?) };
-        let mut text = format!("{head}# Made by: tools/bench wp budget --kind {}\ncells,courant,error\n", kind.name());
+        let more = if kind == Kind::FreeOwn { OWN } else { "" };
+        let mut text =
+            format!("{head}{more}# Made by: tools/bench wp budget --kind {}\ncells,courant,error\n", kind.name());
         for (cells, courant, error) in without_luck(rows) {
             text += &format!("{cells},{courant},{error:.4}\n");
         }
