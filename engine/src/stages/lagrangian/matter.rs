@@ -196,6 +196,9 @@ impl Lagrangian<'_> {
         sum += self.bends()?.iter().sum::<f64>();
         for index in 0..self.ranges.len() {
             sum += self.ties(index)?;
+            if let Some(cores) = &self.cores {
+                sum += cores.energy(self.gpu, index)?;
+            }
         }
         Ok(sum)
     }
