@@ -12,7 +12,7 @@ use crate::walls::distance_at;
 /// along their faces.
 const FINE: f32 = 0.5;
 /// Share of the volume needed below which there is no room.
-const ROOM: f64 = 0.99;
+const ROOM: f64 = 0.995;
 /// How many cells a particle that is behind a wall may be from the space it came from: 1.5 of its size.
 const BEHIND: i32 = 3;
 

@@ -151,10 +151,13 @@ fn look(near: ptr<function, Near>, c: Collider, x: vec3f, t: f32, h: f32) {
         note(near, s);
         return;
     }
-    for (var a = 0u; a < 6u; a++) {
-        let e = select(vec3f(0.0), vec3f(1.0), vec3u(a >> 1u) == vec3u(0u, 1u, 2u)) * select(1.0, -1.0, (a & 1u) != 0u);
+    // Across each axis the nearer wall, and in a narrow room the other.
+    let walls = select(3u, 6u, any(c.size.xyz < vec3f(h)));
+    for (var a = 0u; a < walls; a++) {
+        let axial = select(vec3f(0.0), vec3f(1.0), vec3u(a % 3u) == vec3u(0u, 1u, 2u));
+        let e = select(axial, -axial, (dot(axial, r) >= 0.0) == (a < 3u));
         s.normal = rotate(e, axis, rate * moving);
-        s.d = (dot(abs(e), c.size.xyz) + dot(e, r)) / h;
+        s.d = (dot(axial, c.size.xyz) + dot(e, r)) / h;
         note(near, s);
     }
 }
