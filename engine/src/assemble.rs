@@ -180,7 +180,6 @@ pub fn assemble(scene: &Scene, inputs: &Inputs, plan: &Plan) -> Result<Assembled
     let elastic = elastic::choose(scene.simulation.elastic, &world)?;
     notes.extend(elastic::undamped(&elastic, &mut world));
     notes.extend(idle::notes(scene, &world, &elastic));
-    notes.extend(crossing::doubled(&world, ground.is_some()));
     refuse_short(&world, &object_of, 1.0 / scene.output.fps)?;
     Ok(Assembled { world, elastic, capped, colors, object_of, statics, view, camera, size, notes, wall_ms })
 }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use crate::geometry::Particles;
 use crate::scene::{Kind, Material, Object, Problem, Scene, Shape, Source};
-use crate::walls::{coincide, distance};
+use crate::walls::distance;
 use crate::world::{Body, World, collider};
 
 /// Two bodies, one of them of those that `counts` names, of which particles are closer than `reach` [m].
@@ -127,23 +127,6 @@ fn begins(body: &Body) -> String {
 fn called(body: &Body) -> String {
     let nozzle = if body.emission.is_some() { "the nozzle of " } else { "" };
     format!("{nozzle}'{}'", body.name)
-}
-
-/// Says which obstacles push a liquid of SPH twice because faces of theirs lie in one plane. The ground, if there is one, is the
-/// first of the world's.
-pub(crate) fn doubled(world: &World, ground: bool) -> Option<String> {
-    let size = world.fluid.particle_size;
-    let (a, b) = world.is_fluid().then(|| coincide(&world.colliders, 0.5 * size)).flatten()?;
-    let name = |i: usize| match i.checked_sub(usize::from(ground)) {
-        Some(index) => format!("collider[{index}]"),
-        None => "the ground".into(),
-    };
-    Some(format!(
-        "{} and {} have faces in one plane, which push what lies before them twice as strongly: move one by a particle's size, \
-         {size} m, or more",
-        name(a),
-        name(b)
-    ))
 }
 
 /// Share of a room that liquids have to fill where particles are shifted.

@@ -20,6 +20,7 @@ mod idle;
 mod limits;
 mod pins;
 pub mod plan;
+mod pocket;
 pub mod scene;
 pub mod stages;
 mod walls;

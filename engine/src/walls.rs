@@ -1,6 +1,7 @@
-//! Which obstacles a liquid can meet: a room is solid all around, so what lies behind its walls is not met, and a surface
-//! that coincides with one of them is not met twice. Knows obstacles and no solver.
+//! Where obstacles are, and which of them a liquid can meet: a room is solid all around, so what lies behind its walls is not
+//! met. Knows obstacles and no solver.
 
+use glam::{Quat, Vec3};
 use physvideo_gpu::kernels::Collider;
 use physvideo_gpu::kernels::family::shape::{BALL, BOX, PLANE, ROOM};
 
@@ -30,24 +31,28 @@ pub(crate) fn distance(c: &Collider, x: [f32; 3]) -> f32 {
     }
 }
 
-/// The `colliders` without those that lie behind the walls of a room, each still, to within `tolerance` [m]. A surface of SPH
-/// stands for fluid behind it (see `lib/wall` of the kernels): a ground in the plane of a room's floor would stand for it a
-/// second time, and push off what lies on it.
-pub(crate) fn met(colliders: &[Collider], tolerance: f32) -> Vec<Collider> {
-    sift(colliders, tolerance).0
+/// The same of an obstacle as it has moved by `time` [s].
+pub(crate) fn distance_at(c: &Collider, x: [f32; 3], time: f64) -> f32 {
+    let moved = time.clamp(c.start.into(), c.end.into()) as f32 - c.start;
+    let spin = Vec3::new(c.spin[0], c.spin[1], c.spin[2]);
+    let center = Vec3::new(c.center[0], c.center[1], c.center[2]);
+    let from = Vec3::from(x) - center - moved * Vec3::new(c.velocity[0], c.velocity[1], c.velocity[2]);
+    distance(c, (center + Quat::from_scaled_axis(-moved * spin) * from).to_array())
 }
 
-/// Those that are left, and their numbers.
-fn sift(colliders: &[Collider], tolerance: f32) -> (Vec<Collider>, Vec<usize>) {
-    let mut left: Vec<usize> = (0..colliders.len()).collect();
+/// The `colliders` without those that lie behind the walls of a room, each still, to within `tolerance` [m]. Surfaces that
+/// coincide count once (see `lib/wall` of the kernels), each for its share: a ground in the plane of a room's floor would
+/// lend it half of its friction, and every particle on it would look at both.
+pub(crate) fn met(colliders: &[Collider], tolerance: f32) -> Vec<Collider> {
+    let mut left = colliders.to_vec();
     // One at a time, so that of two equal rooms one is left.
-    while let Some(k) = (0..left.len()).rev().find(|k| {
-        let behind = |j: &usize| *j != left[*k] && lies_behind(&colliders[left[*k]], &colliders[*j], tolerance);
-        left.iter().any(behind)
-    }) {
+    while let Some(k) = (0..left.len())
+        .rev()
+        .find(|k| left.iter().enumerate().any(|(j, room)| j != *k && lies_behind(&left[*k], room, tolerance)))
+    {
         left.remove(k);
     }
-    (left.iter().map(|i| colliders[*i]).collect(), left)
+    left
 }
 
 /// Whether `c` leaves the inside of the room `r` free.
@@ -69,67 +74,6 @@ fn lies_behind(c: &Collider, r: &Collider, tolerance: f32) -> bool {
         }
         ROOM => (0..3).all(|a| apart[a] + r.size[a] <= c.size[a] + tolerance),
         _ => false,
-    }
-}
-
-/// Two obstacles, by their numbers, that a liquid meets with faces in one plane at the start, to within `reach` [m]: what lies
-/// before both is pushed by both. Of faces across an axis only.
-pub(crate) fn coincide(colliders: &[Collider], reach: f32) -> Option<(usize, usize)> {
-    let (_, left) = sift(colliders, 1e-2 * reach);
-    let pairs = left.iter().enumerate().flat_map(|(k, i)| left[k + 1..].iter().map(|j| (*i, *j)));
-    let shared = |(i, j): &(usize, usize)| {
-        let others = faces(&colliders[*j]);
-        faces(&colliders[*i]).iter().any(|f| others.iter().any(|g| f.shares(g, reach)))
-    };
-    pairs.into_iter().find(shared)
-}
-
-/// A face across an axis.
-struct Face {
-    axis: usize,
-    /// Its normal points up the axis.
-    up: bool,
-    at: f32,
-    /// Its rectangle; along its own axis it means nothing.
-    low: [f32; 3],
-    high: [f32; 3],
-}
-
-impl Face {
-    fn shares(&self, other: &Face, reach: f32) -> bool {
-        let laps = |a: usize| self.high[a].min(other.high[a]) - self.low[a].max(other.low[a]) > reach;
-        (self.axis, self.up) == (other.axis, other.up)
-            && (self.at - other.at).abs() < reach
-            && (0..3).all(|a| a == self.axis || laps(a))
-    }
-}
-
-fn faces(c: &Collider) -> Vec<Face> {
-    let center = [c.center[0], c.center[1], c.center[2]];
-    match c.shape {
-        // Normals of a room point inwards, those of a box outwards.
-        BOX | ROOM if c.spin == [0.0; 4] => {
-            let side = |(axis, high): (usize, bool)| Face {
-                axis,
-                up: high == (c.shape == BOX),
-                at: center[axis] + if high { c.size[axis] } else { -c.size[axis] },
-                low: std::array::from_fn(|a| center[a] - c.size[a]),
-                high: std::array::from_fn(|a| center[a] + c.size[a]),
-            };
-            (0..3).flat_map(|axis| [(axis, false), (axis, true)]).map(side).collect()
-        }
-        PLANE => {
-            let along = |axis: &usize| (0..3).all(|a| a == *axis || c.size[a] == 0.0);
-            let plane = |axis: usize| Face {
-                axis,
-                up: c.size[axis] > 0.0,
-                at: center[axis],
-                low: [f32::MIN; 3],
-                high: [f32::MAX; 3],
-            };
-            (0..3).find(along).map(plane).into_iter().collect()
-        }
-        _ => Vec::new(),
     }
 }
 
@@ -173,19 +117,5 @@ mod tests {
         assert_eq!(left(of(ROOM, [0.1, 0.0, 0.5], [0.2, 0.2, 0.5])), 2, "a room that crosses it");
         let moving = Collider { velocity: [0.0, 0.0, 1.0, 0.0], ..of(PLANE, [0.0; 3], [0.0, 0.0, 1.0]) };
         assert_eq!(left(moving), 2, "a floor that rises");
-    }
-
-    #[test]
-    fn faces_in_one_plane_are_seen() {
-        let room = of(ROOM, [0.0, 0.0, 0.5], [0.2, 0.2, 0.5]);
-        let piston = |x: f32| Collider { velocity: [1.0; 4], ..of(BOX, [x, 0.0, 0.5], [0.1, 0.2, 0.5]) };
-        let ground = of(PLANE, [0.0; 3], [0.0, 0.0, 1.0]);
-        assert_eq!(coincide(&[room, piston(-0.3)], 0.01), Some((0, 1)), "its front in the plane of the wall");
-        assert_eq!(coincide(&[room, piston(-0.25)], 0.01), None, "its front before the wall");
-        assert_eq!(coincide(&[ground, room], 0.01), None, "the ground is behind the floor and not met");
-        let slab = of(BOX, [0.0, 0.0, -0.1], [0.3, 0.3, 0.1]);
-        assert_eq!(coincide(&[slab, ground], 0.01), Some((0, 1)), "a slab let into the ground");
-        assert_eq!(coincide(&[slab, of(BOX, [0.6, 0.0, -0.1], [0.3, 0.3, 0.1])], 0.01), None, "slabs side by side");
-        assert_eq!(coincide(&[of(BOX, [0.0, 0.0, 0.1], [0.1, 0.1, 0.1]), ground], 0.01), None, "a box on the ground");
     }
 }

@@ -289,7 +289,7 @@ const LATENT: [(&str, &str, &str, &str); 30] = [
 ];
 
 /// The same for liquids.
-const SPH: [(&str, &str, &str, &str); 70] = [
+const SPH: [(&str, &str, &str, &str); 80] = [
     ("sph/pack", "sph/pack", "< p);", "<= p);"),
     ("sph/pack", "sph/pack", "texel(was, 6u * p + 5u)", "texel(was, 6u * p + 4u)"),
     ("sph/pack", "lib/spot", "(q.y & 0x7ffu) << 10u", "(q.y & 0x7ffu) << 11u"),
@@ -310,7 +310,7 @@ const SPH: [(&str, &str, &str, &str); 70] = [
     ("sph/density", "lib/sph_kernel", "0.25 * a * a * a - b * b * b", "0.25 * a * a * a - 0.999 * b * b * b"),
     ("sph/density", "sph/density", "g * g / other.w", "g * g"),
     ("sph/density", "sph/density", "select(spline(q), 0.0, j == i)", "spline(q)"),
-    ("sph/surround", "lib/wall", "m.slope * free + slope * m.free", "m.slope + slope"),
+    ("sph/surround", "lib/wall", "m.slope * free + slope * (", "m.slope + slope * ("),
     ("sph/surround", "lib/wall", "min(across, 0.0)", "across"),
     ("sph/surround", "lib/sph_kernel", "b4 * (0.5 - 0.4 * b)", "b4 * (0.5 - 0.39 * b)"),
     ("sph/surround", "sph/surround", "s3 * s3 * fill - 1.0", "s3 * s3 - 1.0"),
@@ -353,6 +353,16 @@ const SPH: [(&str, &str, &str, &str); 70] = [
     ("sph/spread", "sph/spread", "FORGIVEN * clock.wave_speed", "0.5 * FORGIVEN * clock.wave_speed"),
     ("sph/surround", "lib/sph", "smoothstep(0.25, 0.45", "smoothstep(0.2, 0.45"),
     ("sph/adopt", "sph/adopt", "+ length(way) / dt", "+ length(way)"),
+    ("sph/surround", "lib/wall", "beside.part * free / left", "free / left"),
+    ("sph/surround", "lib/wall", "crowd += alike *", "crowd +="),
+    ("sph/surround", "lib/wall", "s.d + 0.5 * beside.lacking", "s.d + beside.lacking"),
+    ("sph/surround", "lib/wall", "0.5 * opposed * (dot(", "opposed * (dot("),
+    ("sph/surround", "lib/wall", "(grows() + steep) * beside.both", "steep * beside.both"),
+    ("sph/surround", "lib/wall", "beside.part * length(slope)", "length(slope)"),
+    ("sph/surround", "sph/surround", "near.deepest < -SUNK", "near.deepest < 0.0"),
+    ("sph/surround", "sph/surround", "fill -= held * own;", ""),
+    ("sph/surround", "sph/surround", "SLUGGISH / (density", "0.9 * SLUGGISH / (density"),
+    ("sph/source", "sph/source", "min(own.fill - 1.0, MENDED)", "own.fill - 1.0"),
     ("sph/surround", "lib/wall", "m.power * free + dot(s.speed, lift)", "m.power + dot(s.speed, lift)"),
     ("sph/surround", "sph/surround", "full * m.power", "m.power"),
     ("sph/cohesion", "sph/cohesion", "locals.d[i].power += walls.w;", ""),

@@ -23,6 +23,8 @@ pub struct FrameStats {
     pub quarantined: u32,
     /// Of those, finite ones that left the grid's domain: no fault of the steps.
     pub left: u32,
+    /// Particles of a liquid found deeper in an obstacle than half of their size at the end of the frame.
+    pub sunk: u32,
     /// Groups of 64 particles that each substep worked on; those not emitted yet and those asleep are in none.
     pub groups: u32,
     /// Particles at rest that were asleep.
@@ -49,8 +51,21 @@ pub struct FrameStats {
     pub work: f64,
     /// The frame asked for steps too short ever to end it; nothing has moved.
     pub stalled: Option<Fastest>,
+    /// A liquid has no room between obstacles that move.
+    pub pressed: Option<Pressed>,
     /// The frame was given up as [`Solver::stop_when`] asked; nothing has moved.
     pub stopped: bool,
+}
+
+/// A liquid for which obstacles leave too little room.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pressed {
+    /// Body that has the most particles there.
+    pub body: u32,
+    /// Volume that is left [m³].
+    pub left: f64,
+    /// Volume of the liquid [m³].
+    pub needed: f64,
 }
 
 /// The particle that asks for the shortest step, as far as its own motion and stretch say.

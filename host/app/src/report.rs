@@ -208,6 +208,8 @@ pub struct Clamps {
     pub quarantined: u64,
     /// Those of them that left the grid's domain.
     pub left: u64,
+    /// Particles of liquids found deeper in an obstacle than half of their size at the end of a frame, at the most.
+    pub sunk: u64,
 }
 
 /// What should change only as physics says.
@@ -286,6 +288,7 @@ impl Report {
         self.clamps.gained += u64::from(stats.gained);
         self.clamps.quarantined += u64::from(stats.quarantined);
         self.clamps.left += u64::from(stats.left);
+        self.clamps.sunk = self.clamps.sunk.max(u64::from(stats.sunk));
         self.unmended.extend(stats.unmended.then_some(frame));
         self.recycled += u64::from(stats.recycled);
         self.emitted += u64::from(stats.emitted);
@@ -325,6 +328,11 @@ impl Report {
                 "particles left the grid's domain and were taken out: `simulation.domain` says how far it reaches",
             ),
             (c.quarantined.saturating_sub(c.left), "particles were no longer finite and were taken out"),
+            (
+                c.sunk,
+                "particles of liquids went through a surface: they were in an obstacle, deeper than half of their size, at the \
+                 end of a frame",
+            ),
             (c.velocity, "grid nodes or particles were slowed down to one cell or spacing a substep"),
             (c.strain, "particle updates were limited to a stretch of one half in a substep"),
             (c.volume, "particle updates were kept from compressing further, or left out neighbours beyond 64"),

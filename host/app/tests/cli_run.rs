@@ -161,6 +161,24 @@ fn frames_before_an_error_are_kept() {
     }
 }
 
+/// A lid that fits comes down into a room full of water: either solver says for how much there is how much room.
+#[test]
+fn a_liquid_without_room_is_named() {
+    for pressure in ["wcsph", "dfsph"] {
+        let folder = Folder::new();
+        let text = format!(
+            "[simulation]\npressure = '{pressure}'\nparticle_size = 0.02\n\
+             [[collider]]\nshape.room = {{ center = [0, 0, 0.2], half = [0.06, 0.06, 0.2] }}\n\
+             [[collider]]\nshape.box = {{ center = [0, 0, 0.42], half = [0.5, 0.5, 0.3] }}\nvelocity = [0, 0, -0.5]\n\
+             [[object]]\nname = 'water'\nsource.box = {{ min = [-0.06, -0.06, 0], max = [0.06, 0.06, 0.12] }}\n\
+             material.sph = {{}}\ndensity = 1000.0\n[output]\nframes = 12\nfps = 50\n"
+        );
+        folder.scene(&text, &[]);
+        let says = ["liquid of 'water' is pressed together between obstacles in frame", "m³ that it needs"];
+        folder.run(&["run", "scene.toml", "--output", "state", "--quiet"]).expect(5, &says);
+    }
+}
+
 #[test]
 fn a_lost_body_is_named_and_what_was_drawn_is_kept() {
     let folder = Folder::new();

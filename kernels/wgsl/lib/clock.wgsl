@@ -35,4 +35,5 @@ struct Clock {
     work_low: atomic<u32>,    // energy that moving obstacles and new starts have brought in this frame: a whole number of 64
     work_high: atomic<u32>,   // bits in two's complement
     left: atomic<u32>,        // of those quarantined, finite ones that went over the domain's edge
+    sunk: atomic<u32>,    // particles of a liquid found deeper in an obstacle than half of their size, at the end of the frame
 }

@@ -15,6 +15,12 @@ override INCOMPRESSIBLE: bool = false;
 // 1: particles are shifted.
 override SHIFTS: bool = false;
 
+// Depth in an obstacle from which on a particle is counted as gone through its surface [h].
+const SUNK: f32 = 0.5;
+
+// What holds still has this response at least, over 1/(ρ h²); a particle within a regular filling has 0.4.
+const SLUGGISH: f32 = 0.05;
+
 struct Vectors { d: array<vec4f> }
 struct Locals { d: array<Local> }
 struct Debts { d: array<Debt> }
@@ -26,7 +32,7 @@ struct Debts { d: array<Debt> }
 @group(0) @binding(5) var colliders: texture_1d<u32>;
 @group(0) @binding(6) var warm: texture_1d<u32>;
 @group(0) @binding(7) var<storage, read> live: Counts;
-@group(0) @binding(8) var<storage, read> clock: Clock;
+@group(0) @binding(8) var<storage, read_write> clock: Clock;
 @group(0) @binding(9) var<storage, read_write> points: Vectors;    // x [m], P = p/s² [Pa]
 @group(0) @binding(10) var<storage, read_write> flows: Vectors;    // v [m/s], viscosity μ over what shears [Pa s]
 @group(0) @binding(11) var<storage, read_write> locals: Locals;
@@ -53,10 +59,12 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
     let viscosity = bitcast<f32>(body.z);
     let gravity = texel(bodies, 3u * (tag & BODY_MASK) + 2u).xyz;
     let drive = acceleration(body.y, gravity, field_count, place.xyz, motion.xyz, time);
-    var m: Walls;
-    m.free = 1.0;
-    m.loose = 1.0;
-    for (var k = 0u; k < collider_count; k++) { m = meet_collider(m, load_collider(k), place.xyz, time, drive, h); }
+    var near: Near;
+    for (var k = 0u; k < collider_count; k++) { look(&near, load_collider(k), place.xyz, time, h); }
+    // Each once a frame: in its last step, as `tick` will find it.
+    let ends = clock.frame_length - (clock.t + clock.dt) <= 1e-6 * clock.frame_length;
+    if (ends && near.deepest < -SUNK && (tag & (PINNED | LED)) == 0u) { atomicAdd(&clock.sunk, 1u); }
+    var m = meet_all(&near, drive, h);
     var fill = crowd.fill + 1.0 - m.free;
     var inside = 0.0;
     if (SHIFTS) {
@@ -69,8 +77,18 @@ fn main(@builtin(global_invocation_id) id: vec3u) {
         inside = inside_of(h * length(crowd.slope + m.slope));
     }
     let share = 1.0 / max(m.weight, 1e-20);
+    if (INCOMPRESSIBLE) {
+        // What walls on both sides take from a particle by itself no motion gives back, and no solve may ask for it.
+        let held = 1.0 - smoothstep(0.0, 0.3, length(m.slope) * share);
+        let own = spline(0.0) - m.free;
+        if (near.count > 1u && own > 0.0) {
+            fill -= held * own;
+            m.drift *= 1.0 - held;
+        }
+    }
     let around = crowd.slope;
-    let response = max(dot(around + m.slope, around / STEEP + m.slope), 0.0) / density + crowd.coupling / STEEP;
+    let response = max(max(dot(around + m.slope, around / STEEP + m.slope), 0.0) / density + crowd.coupling / STEEP,
+        SLUGGISH / (density * h * h));
     let s3 = fill * fill * fill;
     let over = s3 * s3 * fill - 1.0;
     let pressure = density * sound * sound / 7.0 * max(over, inside * over) / (fill * fill);

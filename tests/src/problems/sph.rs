@@ -59,11 +59,13 @@ pub struct Tank {
     pub density: f32,
     /// Method and tolerances; the particle size follows from the layers.
     pub fluid: Fluid,
+    /// A slab slides along below, its top in the plane of the floor [m/s].
+    pub slides: f32,
 }
 
 impl Default for Tank {
     fn default() -> Self {
-        Self { layers: 10, courant: 0.75, density: 1000.0, fluid: Fluid::default() }
+        Self { layers: 10, courant: 0.75, density: 1000.0, fluid: Fluid::default(), slides: 0.0 }
     }
 }
 
@@ -99,6 +101,10 @@ pub fn tank(gpu: &Gpu, t: &Tank) -> Result<Rest, GpuError> {
     w.courant = t.courant;
     w.gravity = [0.0, 0.0, -9.81];
     w.colliders = vec![room([0.0; 3], [side, side, 1.0])];
+    if t.slides != 0.0 {
+        let slab = Collider { shape: family::shape::BOX, ..room([-1.0, -1.0, -0.1], [1.0, 1.0, 0.0]) };
+        w.colliders.push(Collider { velocity: [t.slides, 0.0, 0.0, 0.0], ..slab });
+    }
     w.fields = vec![Field { kind: family::field::WIND, end: 1e9, p0: 40.0, ..Default::default() }];
     let mut sph = Sph::new(gpu, &w)?;
     let mut frames = vec![sph.frame(0.1)?];

@@ -21,6 +21,8 @@ pub const MPM: &[&str] = &["updated_lagrangian"];
 pub const ELASTIC: &[&str] = &["updated_lagrangian", "total_lagrangian"];
 /// All that keep velocities in particles.
 pub const PARTICLES: &[&str] = &["updated_lagrangian", "wcsph", "dfsph"];
+/// SPH.
+pub const LIQUIDS: &[&str] = &["wcsph", "dfsph"];
 /// Every solver.
 pub const EVERY: &[&str] = &["updated_lagrangian", "total_lagrangian", "wcsph", "dfsph"];
 
@@ -121,6 +123,8 @@ pub struct Row {
     pub drift: f64,
     /// Largest energy over its bound.
     pub of_bound: f64,
+    /// Particles of a liquid found in obstacles at the end of a frame, at the most.
+    pub sunk: u32,
     /// What the solver says where it gives up.
     pub error: Option<String>,
 }

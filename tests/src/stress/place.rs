@@ -3,10 +3,10 @@
 use physvideo::fluid::SOUND;
 use physvideo::scene::Material;
 use physvideo::world::Emission;
-use physvideo_gpu::kernels::Collider;
+use physvideo_gpu::kernels::{Collider, family};
 
 use super::step::{DX, drop};
-use super::{ANYTHING, Bound, Case, EVERY, MATERIALS, PARTICLES, Setup, Verdict};
+use super::{ANYTHING, Bound, Case, EVERY, LIQUIDS, MATERIALS, PARTICLES, Setup, Verdict};
 use crate::liquid::room;
 use crate::problems::setup::{Lattice, plane, world};
 
@@ -80,6 +80,28 @@ fn jet(material: Material) -> Setup {
     Setup { frames: 15, length: 5e-3, bound: Bound::Energy(1.05, 1.05 * energy), ..Setup::new(w) }
 }
 
+/// Water three cells deep in a room of 12 × 2 cells, from above which a block as deep as the room comes down to the floor.
+fn plunged(material: Material, wide: f64) -> Setup {
+    let [long, deep, high] = [12.0, 2.0, 3.0].map(|n| n * DX);
+    let lattice = Lattice::of_eight(DX);
+    let water = lattice.fill([0.0; 3], [long, deep, high], |_| true);
+    let speed = 1.0;
+    let block = Collider {
+        shape: family::shape::BOX,
+        velocity: [0.0, 0.0, -speed, 0.0],
+        end: (high + 0.5 * DX) as f32 / speed,
+        ..room([0.5 * (long - wide), -1.0, high + 0.5 * DX], [0.5 * (long + wide), 1.0, high + 1.0])
+    };
+    let low = [-0.1; 3];
+    let mut w =
+        world(vec![lattice.body(material, 1000.0, &water, |_| [0.0; 3])], DX, low, [long + 0.1, deep + 0.1, 1.2]);
+    w.gravity = [0.0, 0.0, -9.81];
+    w.colliders = vec![room([0.0; 3], [long, deep, 1.0]), block];
+    // It may give what it would at its speed with the water's whole mass.
+    let mass = 1000.0 * long * deep * high;
+    Setup { frames: 10, length: 0.03, bound: Bound::Energy(1.05, mass * f64::from(speed * speed)), ..Setup::new(w) }
+}
+
 fn empty(material: Material) -> Setup {
     let mut s = at(material, &[]);
     s.world.bodies.clear();
@@ -95,7 +117,7 @@ const fn case(
     Case { name, solvers: EVERY, materials, large: false, repeats: true, expect, elsewhere: ANY, setup }
 }
 
-pub const CASES: [Case; 9] = [
+pub const CASES: [Case; 11] = [
     case("one particle", &MATERIALS, ANY, |m| at(m, &[[0.1, 0.1, 0.05]])),
     // Not half a cell apart.
     Case {
@@ -111,6 +133,15 @@ pub const CASES: [Case; 9] = [
     Case { elsewhere: ANYTHING, ..case("on the borders of cells and domain", &MATERIALS, ANY, borders) },
     // Nothing halves the volume of what is incompressible.
     Case { elsewhere: ANYTHING, ..case("walls close to half the volume", &MATERIALS, ANY, crushed) },
+    Case {
+        solvers: LIQUIDS,
+        ..case("a block that comes down on the floor", &["liquid"], ANY, |m| plunged(m, 4.0 * DX))
+    },
+    Case {
+        solvers: LIQUIDS,
+        elsewhere: &[Verdict::Refused],
+        ..case("a lid that leaves no room", &["liquid"], ANY, |m| plunged(m, 14.0 * DX))
+    },
     Case { solvers: PARTICLES, ..case("a nozzle at 20 m/s into a closed room", &["liquid"], ANY, jet) },
     case("no bodies", &["elastic"], &[Verdict::Clean], empty),
     Case { elsewhere: NONE, ..case("a body of no particles", &["elastic"], &[Verdict::Clean], |m| at(m, &[])) },

@@ -56,6 +56,7 @@ fn refused(case: &Case, material: &'static str, method: &'static str, why: Strin
         counts: [0; 6],
         drift: 0.0,
         of_bound: 0.0,
+        sunk: 0,
         error: Some(why),
     }
 }
@@ -155,7 +156,7 @@ fn once(gpu: &Gpu, case: &Case, material: &'static str, method: &'static str) ->
         most = std::array::from_fn(|i| if end[i] <= most[i] { most[i] } else { end[i] });
         dt = if s.dt.0 > 0.0 { dt.min(s.dt.0) } else { dt };
         stats.push(s);
-        if s.stalled.is_some() {
+        if s.stalled.is_some() || s.pressed.is_some() {
             break;
         }
     }
@@ -164,13 +165,18 @@ fn once(gpu: &Gpu, case: &Case, material: &'static str, method: &'static str) ->
     drop(solver);
     gpu.free_arena("run");
     gpu.free_arena("grid");
-    let error = stats.iter().find_map(|s| s.stalled).map(|f| {
+    let pressed = stats.iter().find_map(|s| s.pressed);
+    let pressed =
+        pressed.map(|p| format!("pressed together: {:.3e} m³ are left of the {:.3e} m³ it needs", p.left, p.needed));
+    let stalled = stats.iter().find_map(|s| s.stalled).map(|f| {
         let Fastest { particle, speed, stretch, volume, .. } = f;
         let of = if method == "updated_lagrangian" { "mpm" } else { method };
         format!(
             "{of}/clock, {of}/particles, particle {particle}: {speed:e} m/s, stretched to {stretch:e}, volume {volume:e}"
         )
     });
+    let error = pressed.or(stalled);
+    let sunk = stats.iter().map(|s| s.sunk).max().unwrap_or(0);
     let sph = world.is_fluid();
     if error.is_none() {
         for (i, (p, d)) in particles.iter().zip(&deformations).enumerate() {
@@ -190,7 +196,7 @@ fn once(gpu: &Gpu, case: &Case, material: &'static str, method: &'static str) ->
     });
     let verdict = match counts {
         _ if error.is_some() => Verdict::Refused,
-        [0, 0, 0, 0, 0, 0] => Verdict::Clean,
+        [0, 0, 0, 0, 0, 0] if sunk == 0 => Verdict::Clean,
         [.., 0, _] => Verdict::Counted,
         // The last attempt gained too, and was kept.
         [.., rejected, gained] if gained > rejected => Verdict::Counted,
@@ -217,6 +223,7 @@ fn once(gpu: &Gpu, case: &Case, material: &'static str, method: &'static str) ->
         counts,
         drift: if empty || error.is_some() { 0.0 } else { drift },
         of_bound,
+        sunk,
         error,
     };
     let end = End {

@@ -12,4 +12,5 @@ mod spin;
 mod tank;
 mod twist;
 mod vortex;
+mod walls;
 mod work;

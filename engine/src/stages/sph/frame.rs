@@ -8,15 +8,21 @@ use physvideo_gpu::{GpuError, Recording};
 
 use super::Sph;
 use super::start::no_lists;
+use crate::fluid::SOUND;
 use crate::scene::Pressure;
 use crate::stages::cells::Cells;
 use crate::stages::energy::{Budget, work};
-use crate::stages::solver::{EVERY, Fastest, FrameStats};
+use crate::stages::solver::{EVERY, Fastest, FrameStats, Pressed};
 
 /// Attempts at a frame that are taken back.
 const MOST_REJECTED: u32 = 3;
 /// What the Courant number is multiplied by then.
 const SMALLER: f32 = 0.5;
+/// Compression, as a share of the volume, from which on a weakly compressible liquid may have no room: a hit at 6 m/s
+/// stagnates at half of it.
+const TIGHT: f64 = 0.1;
+/// One in so many particles in obstacles is no chance.
+const MANY: u32 = 50;
 /// Frames without a fault after which it is doubled again: a splash passes.
 const CALM: u32 = 3;
 
@@ -153,6 +159,12 @@ impl Sph<'_> {
         let before = if self.budget.is_some() { Some(self.energies()?) } else { None };
         if let (Some(sums), Some(budget)) = (&before, &self.budget) {
             self.work_unit = budget.unit(sums);
+            if sums.elastic > sums.mass * (f64::from(SOUND) * TIGHT).powi(2) {
+                stats.pressed = self.pressed(span.0)?;
+                if stats.pressed.is_some() {
+                    return Ok(stats);
+                }
+            }
         }
         loop {
             let again = stats.rejected < MOST_REJECTED;
@@ -192,6 +204,7 @@ impl Sph<'_> {
                 let (particles, deformations) = (self.gpu.read(self.particles)?, self.gpu.read(self.deformations)?);
                 stats.stalled = Fastest::of(&particles, &deformations, &[]);
                 self.gpu.run(&back)?;
+                stats.pressed = self.pressed(span.0 + span.1)?;
                 return Ok(stats);
             }
             if bad && self.guarded {
@@ -212,6 +225,7 @@ impl Sph<'_> {
             stats.clamped_volume = clock.clamped_volume;
             stats.quarantined = clock.quarantined;
             stats.left = clock.left;
+            stats.sunk = clock.sunk;
             if let Some(recycling) = &self.recycling {
                 stats.recycled = recycling.recycled(self.gpu)?;
             }
@@ -222,9 +236,20 @@ impl Sph<'_> {
                 stats.iterations += descent.all;
                 stats.unsolved += descent.unsolved;
             }
+            if stats.unmended || stats.sunk > self.count / MANY {
+                stats.pressed = self.pressed(span.0 + span.1)?;
+            }
             self.time += f64::from(length);
             return Ok(stats);
         }
+    }
+
+    /// The liquid that has no room between obstacles as they are at `time`; looked for where something goes wrong.
+    fn pressed(&self, time: f64) -> Result<Option<Pressed>, GpuError> {
+        if self.motions.iter().all(|m| m.0.start > time) {
+            return Ok(None);
+        }
+        Ok(self.pockets.pressed(&self.gpu.read(self.particles)?, time))
     }
 
     /// Energy that `left` particles have taken out of the domain in this frame [J].

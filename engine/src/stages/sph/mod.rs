@@ -27,6 +27,7 @@ use super::energy::Budget;
 use super::solver::{FrameStats, Measure, Solver};
 use super::source::Recycling;
 use crate::fluid::{Fluid, Limits, limits};
+use crate::pocket::Pockets;
 use crate::scene::Pressure;
 use crate::world::World;
 
@@ -62,6 +63,7 @@ pub struct Sph<'gpu> {
     tense: bool,
     /// From when to when obstacles move, and how fast [s, m/s].
     motions: Vec<(Range<f64>, f32)>,
+    pockets: Pockets,
     force_dt: f32,
     courant: f32,
     emitters: Vec<Emitter>,
@@ -121,6 +123,11 @@ impl<'gpu> Sph<'gpu> {
             limits: limits(world),
             tense: world.is_tense(),
             motions: start::motions(world),
+            pockets: Pockets {
+                colliders: colliders.d[..colliders.count as usize].to_vec(),
+                size: world.fluid.particle_size,
+                domain: world.domain,
+            },
             force_dt: world.force_dt.unwrap_or(0.0),
             courant: limits(world).courant,
             emitters,

@@ -13,6 +13,16 @@ impl Clip<'_> {
     /// A frame that would never end, or a body of which nothing is left, ends the run: what follows would be frames of
     /// nothing.
     pub(super) fn check_frame(&self, animation: &Animation, frame: u32, stats: &FrameStats) -> Result<(), AppError> {
+        let named = |body: u32| self.report.particles.get(body as usize).map_or("", |p| p.object.as_str());
+        if let Some(p) = stats.pressed {
+            return Err(AppError::Numeric(format!(
+                "liquid of '{}' is pressed together between obstacles in frame {frame}: they leave it {:.3e} m³ of the {:.3e} m³ \
+                 that it needs, and no way out. Stop them earlier, or leave a gap of a particle or more",
+                named(p.body),
+                p.left,
+                p.needed
+            )));
+        }
         if let Some(fast) = stats.stalled {
             let of = match (self.assembled.world.is_fluid(), self.assembled.elastic.total_lagrangian) {
                 (true, _) => "sph",
@@ -20,7 +30,7 @@ impl Clip<'_> {
                 _ => "mpm",
             };
             let forced = if self.scene.simulation.force_dt.is_some() { ", or remove simulation.force_dt" } else { "" };
-            let object = self.report.particles.get(fast.body as usize).map_or("", |p| p.object.as_str());
+            let object = named(fast.body);
             return Err(AppError::Numeric(format!(
                 "frame {frame} has no end: `{of}/clock` asks for steps below the rounding of time. Particle {} of the buffer \
                  {of}/particles, of object '{object}', moves at {:e} m/s, is stretched to {:e} and has {:e} of its volume. \

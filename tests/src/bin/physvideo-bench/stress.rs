@@ -37,11 +37,9 @@ pub fn bench(gpu: &Gpu, only: &str, out: Option<&Path>) -> Result<(), String> {
             for material in case.materials_of(method) {
                 match stress::run(gpu, case, material, method) {
                     Ok(row) => {
-                        println!(
-                            "{}{}",
-                            cells(&row).join(" | "),
-                            row.error.as_deref().map_or(String::new(), |e| format!(": {e}"))
-                        );
+                        let sunk = if row.sunk > 0 { format!(", {} in obstacles", row.sunk) } else { String::new() };
+                        let error = row.error.as_deref().map_or(String::new(), |e| format!(": {e}"));
+                        println!("{}{sunk}{error}", cells(&row).join(" | "));
                         rows.push(row);
                     }
                     Err(e) => {
@@ -88,6 +86,12 @@ fn markdown(gpu: &Gpu, rows: &[Row]) -> String {
     line(HEAD.map(String::from).to_vec());
     line(HEAD.map(|_| "---".into()).to_vec());
     rows.iter().for_each(|r| line(cells(r)));
+    if rows.iter().any(|r| r.sunk > 0) {
+        text.push_str("\nParticles found in obstacles, deeper than half of their size, at the end of a frame:\n\n");
+        for r in rows.iter().filter(|r| r.sunk > 0) {
+            let _ = writeln!(text, "- {}, {}, {}: {}", r.case, r.material, r.method, r.sunk);
+        }
+    }
     let refused: Vec<_> = rows.iter().filter_map(|r| r.error.as_ref().map(|e| (r, e))).collect();
     if !refused.is_empty() {
         text.push_str("\nHonest errors:\n\n");

@@ -69,7 +69,7 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         want.push(match divergence {
             true if fill < 0.75 => 0.0,
             true => excess.max(0.0),
-            false => fill - 1.0 + excess,
+            false => (fill - 1.0).min(0.05) + excess,
         });
         scale.push(fill * 0.1 + dt * (size + drift.abs()));
         let w = 0.7 * if divergence { warm[i][3] } else { warm[i][2] };
