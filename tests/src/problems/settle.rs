@@ -35,6 +35,8 @@ pub struct Block {
     pub friction: f32,
     /// On a grid of its own.
     pub own: bool,
+    /// There [s].
+    pub damping: f32,
 }
 
 impl Block {
@@ -79,7 +81,7 @@ impl Block {
         };
         let (high, fallen) = if material.elastic() { (0.1, 0.3) } else { (0.2, 0.2) };
         let own = kind == Kind::FreeOwn;
-        Self { material, pressure, density, wide: 0.1, high, fallen, friction, own }
+        Self { material, pressure, density, wide: 0.1, high, fallen, friction, own, damping: 0.0 }
     }
 
     /// A broader one, of another stiffness and friction and less of a fall.
@@ -175,7 +177,8 @@ impl Block {
     fn alone(&self, dx: f64) -> World {
         let lattice = Lattice::of_eight(dx);
         let places = lattice.fill([0.0; 3], [self.wide, self.wide, self.high], |_| true);
-        let body = lattice.body(self.material, self.density, &places, |_| [0.0; 3]);
+        let mut body = lattice.body(self.material, self.density, &places, |_| [0.0; 3]);
+        body.damping = self.damping;
         let (low, high) = ([-self.wide, -self.wide, -dx], [2.0 * self.wide, 2.0 * self.wide, 3.0 * self.high]);
         let mut w = world(vec![body], dx, low, high);
         w.colliders = vec![ground(0.0, self.friction)];

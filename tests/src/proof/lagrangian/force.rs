@@ -84,8 +84,8 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         for corner in (0..8).filter(|k| cell.mask >> k & 1 == 1) {
             given.add(&mut told, (solid, cell), (&u, &v), (quarter(corner), 1.0), Flags::of(call));
         }
-        let mut skin = cell.skin as usize;
-        for corner in (0..8).filter(|k| pushed && cell.mask >> (8 + k) & 1 == 1) {
+        let surface = (0..8).filter(|k| pushed && cell.mask >> (8 + k) & 1 == 1);
+        for (skin, corner) in (cell.skin as usize..).zip(surface) {
             for which in 0..4 {
                 let push = &pushes[4 * skin + which];
                 let mut place = quarter(corner);
@@ -97,7 +97,6 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
                 }
                 given.size += vec3(push).norm();
             }
-            skin += 1;
         }
         given.tell(&mut told, solid);
         if given.tainted {

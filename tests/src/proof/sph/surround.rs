@@ -57,6 +57,9 @@ fn inputs(ask: Ask) -> Call {
         Body { fields: 0b1011, mu: 5e-3, gravity: [0.1, 0.2, -9.81], ..Default::default() },
         Body { fields: 0b0101, mu: 0.2, gravity: [0.0, -3.0, 0.5], ..Default::default() },
     ];
+    // A room that turns so fast that the work of two of its walls in a corner shows.
+    let mut colliders = walls();
+    colliders.d[5].spin = [0.0, 0.0, 3.0, 0.0];
     let n = ask.items;
     let mut numbers: Vec<u32> = (0..n as u32).collect();
     liquid.random.shuffle(&mut numbers);
@@ -76,7 +79,7 @@ fn inputs(ask: Ask) -> Call {
         .with("warm", &warm)
         .with("bodies", &bodies)
         .with("forces", &[force::forces()])
-        .with("colliders", &[walls()])
+        .with("colliders", &[colliders])
         .with("clock", &[clock])
         .with("numbers", &numbers)
         .with("debts", &debts)
@@ -323,7 +326,9 @@ fn compare(call: &Call, out: &Buffers) -> Vec<Compared> {
         want.extend([if shifts { owed } else { debt }, if shifts { pressed / density } else { 7.0 }]);
         let thick = nu * density * (1.0 + 1.0 / shears) / shears;
         let stiff = density * sound * sound * (fill.powi(5) + if over < 0.0 { 4.0 / 7.0 / fill.powi(2) } else { 0.0 });
-        scale.extend([stiff, thick, steepest * 3.0, fill, 1.0]);
+        // Its mean is one of slopes, of which those far from all surfaces are small.
+        let rubs = (0.05 * steepest / weight.max(1e-9)).max(1.0);
+        scale.extend([stiff, thick, steepest * 3.0, fill, rubs]);
         scale.extend([
             (around.norm() + steepest).powi(2) / density + response,
             drag + nu * 10.0 / (h() * h()),
