@@ -168,9 +168,9 @@ mod tests {
     fn a_lid_presses_once_there_is_too_little_room() {
         let p = pockets(0.05, 0.15);
         assert_eq!(p.pressed(&particles(), 0.5), None, "it comes to the surface");
-        let pressed = p.pressed(&particles(), 0.8).expect("three of ten layers are gone");
+        let pressed = p.pressed(&particles(), 0.65).expect("there is no room for one and a half of ten layers");
         assert_eq!(pressed.body, 3);
-        assert!((pressed.needed - 1e-3).abs() < 1e-8 && (pressed.left / 0.7e-3 - 1.0).abs() < 0.01, "{pressed:?}");
+        assert!((pressed.needed - 1e-3).abs() < 1e-8 && (pressed.left / 0.85e-3 - 1.0).abs() < 0.01, "{pressed:?}");
     }
 
     #[test]
