@@ -13,6 +13,9 @@ use crate::walls::distance_at;
 const FINE: f32 = 0.5;
 /// Share of the volume needed below which there is no room.
 const ROOM: f64 = 0.995;
+/// Least distance of a cell's middle from all obstacles for liquid to go on through it, over a particle's size: a slit of 0.3
+/// has none, one of 0.8 has a row of them wherever the cells lie.
+const PASSES: f32 = 0.15;
 /// How many cells a particle that is behind a wall may be from the space it came from: 1.5 of its size.
 const BEHIND: i32 = 3;
 
@@ -47,7 +50,7 @@ impl Pockets {
         let enough = there.len() as f64 / f64::from(FINE).powi(3);
         let (mut labels, mut spaces) = (HashMap::new(), Vec::<Space>::new());
         for p in there {
-            let Some(cell) = self.nearest_free(p.x, time) else { continue };
+            let Some(cell) = self.nearest_open(p.x, time) else { continue };
             let label = match labels.get(&cell) {
                 Some(label) => *label,
                 None => {
@@ -73,16 +76,16 @@ impl Pockets {
         cell.map(|c| (c as f32 + 0.5) * FINE * self.size)
     }
 
-    /// Share of a cell that is free.
-    fn free(&self, cell: Cell, time: f64) -> f32 {
+    /// Share of a cell that is free, and whether liquid goes on through it.
+    fn free(&self, cell: Cell, time: f64) -> (f32, bool) {
         let nearest = self.colliders.iter().map(|c| distance_at(c, self.center(cell), time)).fold(f32::MAX, f32::min);
-        (0.5 + nearest / (FINE * self.size)).clamp(0.0, 1.0)
+        ((0.5 + nearest / (FINE * self.size)).clamp(0.0, 1.0), nearest >= PASSES * self.size)
     }
 
-    /// The free cell nearest to a place.
-    fn nearest_free(&self, x: [f32; 3], time: f64) -> Option<Cell> {
+    /// The cell nearest to a place that liquid goes through.
+    fn nearest_open(&self, x: [f32; 3], time: f64) -> Option<Cell> {
         let at = x.map(|c| (c / (FINE * self.size)).floor() as i32);
-        if self.free(at, time) > 0.0 {
+        if self.free(at, time).1 {
             return Some(at);
         }
         let around = || -BEHIND..=BEHIND;
@@ -90,7 +93,7 @@ impl Pockets {
         let far = |d: &[i32; 3]| d.iter().map(|c| c * c).sum::<i32>();
         let mut near: Vec<[i32; 3]> = all.collect();
         near.sort_by_key(far);
-        near.iter().map(|d| [0, 1, 2].map(|a| at[a] + d[a])).find(|c| self.free(*c, time) > 0.0)
+        near.iter().map(|d| [0, 1, 2].map(|a| at[a] + d[a])).find(|c| self.free(*c, time).1)
     }
 
     /// All that is connected with a cell, up to `enough` cells.
@@ -103,25 +106,27 @@ impl Pockets {
         labels: &mut HashMap<Cell, usize>,
         before: &[Space],
     ) -> Space {
-        let mut space = Space { cells: self.free(from, time).into(), ..Default::default() };
+        let mut space = Space { cells: self.free(from, time).0.into(), ..Default::default() };
         labels.insert(from, label);
         let mut edge = vec![from];
+        let around: Vec<[i32; 3]> = (0..27).map(|i| [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1]).collect();
         while let Some(cell) = edge.pop() {
-            for side in 0..6 {
-                let mut next = cell;
-                next[side / 2] += if side % 2 == 0 { 1 } else { -1 };
+            // What lies along a wall, in an edge or a corner counts, and ends there.
+            for next in around.iter().map(|d| [0, 1, 2].map(|a| cell[a] + d[a])) {
                 if let Some(other) = labels.get(&next) {
                     // The rest of one that was large enough.
-                    space.open |= *other != label && before[*other].open;
+                    space.open |= *other != label && before[*other].open && self.free(next, time).1;
                     continue;
                 }
-                let free = self.free(next, time);
+                let (free, passes) = self.free(next, time);
                 if free > 0.0 {
                     let x = self.center(next);
                     space.open |= (0..3).any(|a| x[a] < self.domain.0[a] || x[a] > self.domain.1[a]);
                     labels.insert(next, label);
                     space.cells += f64::from(free);
-                    edge.push(next);
+                    if passes {
+                        edge.push(next);
+                    }
                 }
             }
             space.open |= space.cells > enough;
@@ -135,7 +140,7 @@ impl Pockets {
 
 #[cfg(test)]
 mod tests {
-    use physvideo_gpu::kernels::family::shape::{PLANE, ROOM as CLOSED};
+    use physvideo_gpu::kernels::family::shape::{BOX as SLAB, PLANE, ROOM as CLOSED};
 
     use super::*;
 
@@ -171,6 +176,23 @@ mod tests {
         let pressed = p.pressed(&particles(), 0.65).expect("there is no room for one and a half of ten layers");
         assert_eq!(pressed.body, 3);
         assert!((pressed.needed - 1e-3).abs() < 1e-8 && (pressed.left / 0.85e-3 - 1.0).abs() < 0.01, "{pressed:?}");
+    }
+
+    /// Neither its edges, nor slits that no particle goes through.
+    #[test]
+    fn a_lid_as_wide_as_the_room_leaves_no_way_out() {
+        for gap in [0.0, 0.001, 0.003] {
+            let mut fits = pockets(0.05, 0.15);
+            let size = [0.05 - gap, 0.05 - gap, 0.1, 0.0];
+            fits.colliders[1] = Collider { shape: SLAB, center: [0.0, 0.0, 0.25, 0.0], size, ..fits.colliders[1] };
+            assert_eq!(fits.pressed(&particles(), 0.5), None, "it comes to the surface");
+            let pressed = fits.pressed(&particles(), 0.65).expect("no way out");
+            assert!((pressed.left / 0.85e-3 - 1.0).abs() < 0.08, "{gap}: {pressed:?}");
+        }
+        let mut slit = pockets(0.05, 0.15);
+        let size = [0.042, 0.05, 0.1, 0.0];
+        slit.colliders[1] = Collider { shape: SLAB, center: [0.0, 0.0, 0.25, 0.0], size, ..slit.colliders[1] };
+        assert_eq!(slit.pressed(&particles(), 0.65), None, "there is one at the sides");
     }
 
     #[test]

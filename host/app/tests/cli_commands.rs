@@ -131,6 +131,9 @@ fn a_liquid_inside_something_is_refused() {
         folder.scene(&text(low, more), &[]);
         folder.run(&["check", "scene.toml"]).expect(2, &[says, "source", "move them apart"]);
     }
+    let narrow = "[[collider]]\nshape.room = { center = [0.05, 0.05, 0.1], half = [0.05, 0.002, 0.1] }\n";
+    folder.scene(&text(0.0, narrow), &[]);
+    folder.run(&["check", "scene.toml"]).expect(2, &["collider[0].shape.room.half", "0.0040 m wide"]);
     // What its front may be as fast as, 2 √(g 0.195), asks for more steps than its start: plan says how many.
     folder.scene(&text(0.0, ""), &[]);
     let plan = folder.run(&["plan", "scene.toml"]).out;

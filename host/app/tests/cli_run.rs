@@ -161,15 +161,16 @@ fn frames_before_an_error_are_kept() {
     }
 }
 
-/// A lid that fits comes down into a room full of water: either solver says for how much there is how much room.
+/// A lid comes down into a room full of water, one that is wider and one that just fits: either solver says for how much there
+/// is how much room.
 #[test]
 fn a_liquid_without_room_is_named() {
-    for pressure in ["wcsph", "dfsph"] {
+    for (pressure, wide) in [("wcsph", 0.5), ("dfsph", 0.5), ("wcsph", 0.06), ("dfsph", 0.06)] {
         let folder = Folder::new();
         let text = format!(
             "[simulation]\npressure = '{pressure}'\nparticle_size = 0.02\n\
              [[collider]]\nshape.room = {{ center = [0, 0, 0.2], half = [0.06, 0.06, 0.2] }}\n\
-             [[collider]]\nshape.box = {{ center = [0, 0, 0.42], half = [0.5, 0.5, 0.3] }}\nvelocity = [0, 0, -0.5]\n\
+             [[collider]]\nshape.box = {{ center = [0, 0, 0.42], half = [{wide}, {wide}, 0.3] }}\nvelocity = [0, 0, -0.5]\n\
              [[object]]\nname = 'water'\nsource.box = {{ min = [-0.06, -0.06, 0], max = [0.06, 0.06, 0.12] }}\n\
              material.sph = {{}}\ndensity = 1000.0\n[output]\nframes = 12\nfps = 50\n"
         );
