@@ -120,7 +120,7 @@ const FULL: f32 = 1.5;
 /// 0.48 with three cells, 0.96 and 1.37 with five, 1.37 and 1.92 with seven (`tests/tests/lagrangian/pierce.rs` has some).
 const STANDS: f64 = 0.3;
 
-/// Why obstacles narrower than a body is long could come through it, which MPM does not let them.
+/// Why obstacles narrower than a body is long could come through it; MPM lets them in by about a cell.
 fn pierced(body: &Body, world: &World) -> Option<String> {
     let long = lagrangian::length(body);
     let narrow = world.colliders.iter().filter_map(width).filter(|w| *w < long).min_by(f32::total_cmp)?;
