@@ -39,7 +39,7 @@ pub(super) struct Cores {
 
 impl Cores {
     pub fn new(gpu: &Gpu, cells: &[ElasticCell]) -> Result<Self, GpuError> {
-        let energies = gpu.alloc("run", "lagrangian/energies", cells.len() as u64)?;
+        let energies = gpu.alloc("run", "lagrangian/core_energies", cells.len() as u64)?;
         Ok(Self { energies, bodies: cells.iter().map(|c| c.mask >> 16).collect() })
     }
 

@@ -130,9 +130,9 @@ impl Lagrangian<'_> {
     /// Advances by one frame of `length` seconds.
     ///
     /// A frame in which a body ran away (‖F‖ over 17) or a node was not finite is taken back as soon as that shows, and
-    /// one in which energy came from nowhere (see [`super::super::energy::Budget`]) at its end; it is repeated with a Courant number 0.78 times as large, which the run then
-    /// keeps. Three times a frame at most; where that does not help, the run returns to its own steps, and what happens is
-    /// counted.
+    /// one in which energy came from nowhere (see [`super::super::energy::Budget`]) at its end; it is repeated with a Courant
+    /// number 0.78 times as large, which the run then keeps. Three times a frame at most; where that does not help, the run
+    /// returns to its own steps, and what happens is counted.
     ///
     /// # Errors
     /// The device's refusal.
